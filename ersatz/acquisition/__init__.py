@@ -1,0 +1,1 @@
+"""Numbers from objects: scans, shape concepts, geometry, expert distributions, tables."""

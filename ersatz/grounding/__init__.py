@@ -1,0 +1,1 @@
+"""Symbols from numbers: sub-categorization, attribution, conceptualization."""

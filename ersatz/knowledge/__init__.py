@@ -1,0 +1,1 @@
+"""The OWL knowledge base: vocabulary, storage, queries."""

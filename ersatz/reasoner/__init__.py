@@ -1,0 +1,1 @@
+"""Substitutes from knowledge: representative models, relevance, similarity, explanation."""
