@@ -4,6 +4,7 @@ One value is one row of one property's column: (object class, instance, observat
 origin, source). Missing values are absent rows. Nothing here knows how a value was obtained.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -71,6 +72,12 @@ class Property:
     adjective: str = ""
     orientation: str = ""
     definition: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse names that are not snake_case."""
+        for name in (self.name, *self.components):
+            if not re.fullmatch(r"[^\W\d]\w*", name) or name != name.lower():
+                raise InputError(f"{name!r} is no name of a property: use snake_case, such as 'bend_radius'")
 
     @property
     def label(self) -> str:
@@ -355,6 +362,12 @@ def _column(
         raise InputError(
             f"{prop.name!r} of instance {str(instances[instance[row]])!r} has two values for observation "
             f"{str(observations[observation[row]])!r}: give every repetition an observation name of its own"
+        )
+    mixed = np.flatnonzero((instance[1:] == instance[:-1]) & (observations[observation[:-1]] == ""))
+    if len(mixed):
+        raise InputError(
+            f"{prop.name!r} of instance {str(instances[instance[mixed[0]]])!r} has a value of the whole "
+            "instance and values of observations: name every observation, or none"
         )
     return Column(prop, instance, observation, values[order], origin[order], source[order])
 

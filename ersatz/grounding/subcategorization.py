@@ -1,0 +1,244 @@
+"""Sub-categorization: from continuous to discrete (paper: Knowledge about Objects, P_n to P_eta).
+
+The values of a property are clustered into eta qualities, `size_1` to `size_4`. The clusters' centroids
+are all that is kept: a new value takes the quality of the nearest centroid, without a refit.
+"""
+
+import warnings
+from dataclasses import dataclass
+from decimal import Decimal
+from math import fsum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.errors import ErsatzWarning, InputError
+from ersatz.measurements import DIGITS, Property
+
+EXACT_LIMIT: Final = 1_000_000
+"""Above this many distinct values a 1-D fit starts from a histogram of `HISTOGRAM_BINS` bins."""
+
+HISTOGRAM_BINS: Final = 1 << 16
+
+SAMPLE_LIMIT: Final = 20_000
+"""Above this many value vectors a fit in several dimensions starts from a seeded sample of this size."""
+
+
+@dataclass(frozen=True, slots=True)
+class SubcategorizationSettings:
+    """How values become qualities.
+
+    Attributes
+    ----------
+    clusters : int
+        eta, qualities per property; the paper's value is 4.
+    restarts : int
+        Starts of k-means in several dimensions; with few of them the result depends on the seed.
+    seed : int
+        Of those starts. A single dimension is solved exactly and needs none.
+    """
+
+    clusters: int = 4
+    restarts: int = 200
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse counts below one."""
+        if self.clusters < 1 or self.restarts < 1:
+            raise InputError(f"clusters and restarts must be 1 or more, not {self.clusters} and {self.restarts}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Qualities:
+    """The qualities of one property: where its values were cut.
+
+    Attributes
+    ----------
+    property : Property
+    centroids : (k, d) float64 array, in the property's unit, rounded to `DIGITS` fraction digits
+        Ascending in 1-D; else in the order of their projections on the values' first principal axis.
+    method : str
+        How they were found: "optimal", "histogram", "k-means", "sampled k-means" or "given".
+    """
+
+    property: Property
+    centroids: NDArray[np.float64]
+    method: str = "given"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The qualities' names, lowest rank first."""
+        return tuple(f"{self.property.name}_{rank}" for rank in range(1, len(self.centroids) + 1))
+
+    @property
+    def bounds(self) -> tuple[Decimal, ...]:
+        """The k - 1 cut points of a 1-D property, exact midpoints of the centroids; () in several dimensions."""
+        if self.centroids.shape[1] != 1:
+            return ()
+        exact = [Decimal(repr(float(c))) for c in self.centroids[:, 0]]
+        return tuple((low + high) / 2 for low, high in zip(exact, exact[1:], strict=False))
+
+    def assign(self, values: NDArray[np.float64]) -> NDArray[np.int8]:
+        """Return the index (rank - 1) of each value's nearest centroid, ties to the lower rank.
+
+        Parameters
+        ----------
+        values : (n, d) array, in the property's unit
+
+        Returns
+        -------
+        (n,) int8 array
+        """
+        if self.centroids.shape[1] == 1:
+            cuts = np.array([float(bound) for bound in self.bounds])
+            return np.searchsorted(cuts, values[:, 0], side="left").astype(np.int8)
+        return _nearest(values, self.centroids)
+
+    def inertia(self, values: NDArray[np.float64]) -> float:
+        """Return the sum of squared distances of the values to the means of the clusters they fall in."""
+        labels = self.assign(values)
+        clusters = (values[labels == label] for label in np.unique(labels))
+        return fsum(float(((c - c.mean(axis=0)) ** 2).sum()) for c in clusters)
+
+
+def learn_qualities(
+    values: NDArray[np.float64], prop: Property, settings: SubcategorizationSettings | None = None
+) -> Qualities:
+    """Cluster the values of one property into qualities.
+
+    One dimension is solved exactly: the partition of least inertia, by dynamic programming. Several
+    dimensions take the best of many k-means starts, then Lloyd's steps in exact arithmetic until
+    nothing moves. The result depends neither on the order of the values nor on the number of threads.
+
+    Parameters
+    ----------
+    values : (n, d) array, in the property's unit; n >= 1, repeated values count
+
+    Warns
+    -----
+    ErsatzWarning
+        If there are fewer distinct values than clusters: there will be fewer qualities.
+    """
+    settings = settings or SubcategorizationSettings()
+    values = values[np.lexsort(values.T[::-1])]
+    distinct, weights = np.unique(values, axis=0, return_counts=True)
+    k = min(settings.clusters, len(distinct))
+    if k < settings.clusters:
+        warnings.warn(
+            f"{prop.name!r} has {len(distinct)} distinct value(s): {k} instead of {settings.clusters} qualities",
+            ErsatzWarning,
+            stacklevel=2,
+        )
+    if values.shape[1] == 1:
+        centroids, method = _fit_line(distinct[:, 0], weights, k)
+    else:
+        centroids, method = _fit_space(values, k, settings)
+    return Qualities(prop, centroids, method)
+
+
+def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tuple[NDArray[np.float64], str]:
+    """Return the centroids of the best partition of sorted, weighted, distinct values."""
+    binned, method = x, "optimal"
+    heavy = weights.astype(np.float64)
+    if len(x) > EXACT_LIMIT:
+        starts = np.linspace(0, len(x), HISTOGRAM_BINS, endpoint=False).astype(np.int64)
+        heavy = np.add.reduceat(weights.astype(np.float64), starts)
+        binned, method = np.add.reduceat(x * weights, starts) / heavy, "histogram"
+    cuts = _best_cuts(binned, heavy, k)
+    if method == "histogram":
+        cuts = np.append(starts, len(x))[cuts]
+    centroids = np.round([_mean(x[a:b], weights[a:b]) for a, b in zip(cuts, cuts[1:], strict=False)], DIGITS)
+    return centroids[:, None] + 0.0, method
+
+
+def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> NDArray[np.int64]:
+    """Return the k + 1 borders of the partition of sorted weighted values that has the least inertia.
+
+    Dynamic programming over the number of clusters; because the best last border moves only to the
+    right, each layer is solved by divide and conquer, all intervals of one depth at once: O(k n log n).
+    """
+    n = len(x)
+    centred = x - np.average(x, weights=weights)
+    w = np.concatenate([[0.0], np.cumsum(weights)])
+    wx = np.concatenate([[0.0], np.cumsum(weights * centred)])
+    wxx = np.concatenate([[0.0], np.cumsum(weights * centred**2)])
+
+    def cost(i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.float64]:
+        return (wxx[j] - wxx[i]) - (wx[j] - wx[i]) ** 2 / (w[j] - w[i])
+
+    best = np.full(n + 1, np.inf)
+    best[1:] = cost(np.zeros(n, np.int64), np.arange(1, n + 1))
+    borders = []
+    for clusters in range(2, k + 1):
+        layer, border = np.full(n + 1, np.inf), np.zeros(n + 1, np.int64)
+        low, high = np.array([clusters]), np.array([n])
+        first, last = np.array([clusters - 1]), np.array([n - 1])
+        while len(low):
+            mid = (low + high) // 2
+            stop = np.minimum(last, mid - 1)
+            sizes = stop - first + 1
+            offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+            i = np.arange(sizes.sum()) - np.repeat(offsets - first, sizes)
+            total = best[i] + cost(i, np.repeat(mid, sizes))
+            least = np.minimum.reduceat(total, offsets)
+            hits = np.flatnonzero(total == np.repeat(least, sizes))
+            choice = i[hits[np.searchsorted(hits, offsets)]]
+            layer[mid], border[mid] = least, choice
+            low, high, first, last = (
+                np.concatenate(pair)
+                for pair in ((low, mid + 1), (mid - 1, high), (first, choice), (choice, last))
+            )
+            open_ = low <= high
+            low, high, first, last = low[open_], high[open_], first[open_], last[open_]
+        best = layer
+        borders.append(border)
+    cuts = [n]
+    for border in reversed(borders):
+        cuts.append(int(border[cuts[-1]]))
+    return np.array([0, *reversed(cuts)] if cuts[-1] else cuts[::-1])
+
+
+def _fit_space(
+    values: NDArray[np.float64], k: int, settings: SubcategorizationSettings
+) -> tuple[NDArray[np.float64], str]:
+    from sklearn.cluster import KMeans
+
+    sample, method = values, "k-means"
+    if len(values) > SAMPLE_LIMIT:
+        chosen = np.random.default_rng(settings.seed).choice(len(values), SAMPLE_LIMIT, replace=False)
+        sample, method = values[np.sort(chosen)], "sampled k-means"
+    fitted = KMeans(k, n_init=settings.restarts, random_state=settings.seed).fit(sample)
+    centroids = np.asarray(fitted.cluster_centers_, dtype=np.float64)
+    for _ in range(1000):
+        labels = _nearest(values, centroids)
+        moved = np.array(
+            [_mean_vector(values[labels == c]) if (labels == c).any() else centroids[c] for c in range(k)]
+        )
+        if np.array_equal(moved, centroids):
+            break
+        centroids = moved
+    axis = np.linalg.eigh(np.cov(values.T) if len(values) > 1 else np.eye(values.shape[1]))[1][:, -1]
+    leading = axis[np.flatnonzero(np.abs(axis) > 1e-9)[0]]
+    projection = np.round(centroids @ (axis * np.sign(leading)), DIGITS)
+    order = np.lexsort((*centroids.T[::-1], projection))
+    return centroids[order], method
+
+
+def _nearest(values: NDArray[np.float64], centroids: NDArray[np.float64]) -> NDArray[np.int8]:
+    distance = np.stack([((values - centroid) ** 2).sum(axis=1) for centroid in centroids], axis=1)
+    return distance.argmin(axis=1).astype(np.int8)
+
+
+def _mean(x: NDArray[np.float64], weights: NDArray[np.int64]) -> float:
+    if len(x) > EXACT_LIMIT:
+        return float(np.average(x, weights=weights))
+    return fsum(x * weights) / int(weights.sum())
+
+
+def _mean_vector(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    if len(values) > EXACT_LIMIT:
+        mean: NDArray[np.float64] = np.round(values.mean(axis=0), DIGITS) + 0.0
+        return mean
+    exact: NDArray[np.float64] = np.round([fsum(c) / len(values) for c in values.T], DIGITS) + 0.0
+    return exact

@@ -1,0 +1,448 @@
+"""KnowledgeBase: open, ask, tell, save; the same behind a file, a directory and a remote endpoint."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import pyoxigraph as ox
+
+from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
+from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.models import SubstitutionModel
+from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.queries import (
+    Answer,
+    Argument,
+    Query,
+    Value,
+    refuse_foreign_access,
+    stored_query,
+    value_of,
+)
+from ersatz.knowledge.stores import (
+    FORMATS,
+    DirectoryStore,
+    MemoryStore,
+    RemoteStore,
+    Results,
+    Store,
+    format_of,
+    is_directory_store,
+)
+from ersatz.knowledge.writer import revision_line, revision_of
+from ersatz.measurements import Origin, Source
+from ersatz.resources import ONTOLOGY
+
+if TYPE_CHECKING:
+    import rdflib
+
+T = TypeVar("T")
+
+SHIPPED: Final = ("household",)
+"""Names of knowledge bases that come with ERSATZ."""
+
+_TYPES_OF: Final = {
+    "class": {v.OWL_CLASS.value},
+    "property": {v.PHYSICAL_PROPERTY.value, v.FUNCTIONAL_PROPERTY.value},
+    "quality": {v.PHYSICAL_QUALITY.value, v.FUNCTIONAL_QUALITY.value},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """How the knowledge base came about, as it says of itself."""
+
+    unit: str
+    theta: str
+    settings: str
+    software: str
+
+
+class KnowledgeBase:
+    """Grounded knowledge of objects, kept as OWL.
+
+    Reading never writes. What changes knowledge goes through `observe`, `forget` and `tell`; a file is
+    changed in memory until `save`, a directory or an endpoint at once.
+    """
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._views: dict[object, Any] = {}
+        rows = self.ask("build")
+        if not rows:
+            raise KnowledgeBaseError(
+                f"{store.location!r} holds no ERSATZ knowledge base: it has no build record; make one with `ersatz build`"
+            )
+        if rows[0]["format"] != v.FORMAT_VERSION:
+            raise KnowledgeBaseError(
+                f"{store.location!r} is of format {rows[0]['format']}, this ERSATZ reads {v.FORMAT_VERSION}: "
+                "build it again with this version"
+            )
+        row = rows[0]
+        self.build: Final = Build(*(str(row[name] or "") for name in ("unit", "theta", "settings", "software")))
+        self.revision = str(row["revision"])
+
+    @classmethod
+    def open(cls, location: str | Path, *, update: str | None = None) -> "KnowledgeBase":
+        """Open a knowledge base.
+
+        Parameters
+        ----------
+        location : str or Path
+            "household" (shipped), a file (.ttl, .owl, .rdf, .nt, .jsonld, each also .gz), a directory
+            made by `save`, or the URL of a SPARQL 1.1 endpoint.
+        update : str, optional
+            The URL changes go to, where an endpoint has another one for them.
+
+        Raises
+        ------
+        KnowledgeBaseError
+            If there is nothing, it is damaged, or it is no knowledge base of this format.
+        """
+        name = str(location)
+        if name.startswith(("http://", "https://")):
+            return cls(RemoteStore(name, update))
+        path = ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(location)
+        if path.is_dir():
+            if is_directory_store(path):
+                return cls(DirectoryStore(path))
+            raise KnowledgeBaseError(f"{name!r} is a directory, but no knowledge base: name one made by `ersatz build`")
+        if not path.exists() and format_of(path) is None:
+            raise KnowledgeBaseError(
+                f"there is no knowledge base {name!r}: give {' or '.join(map(repr, SHIPPED))}, a file "
+                f"({', '.join(FORMATS)}), a directory or a URL"
+            )
+        return cls(MemoryStore.read(path))
+
+    @classmethod
+    def create(cls, lines: Iterable[str], path: Path | None = None) -> "KnowledgeBase":
+        """Make a knowledge base from lines of N-Triples and write down its revision.
+
+        Without a path it lives in memory; with one it is written as a file or, where the name has no
+        suffix, as a directory, streaming: nothing is left there unless all was written.
+        """
+        if path is not None and format_of(path) is None:
+            check_target(path)
+            DirectoryStore.create(path, _chunks(lines))
+            return cls(DirectoryStore(path))
+        engine = ox.Store()
+        for chunk in _chunks(lines):
+            engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
+        kb = cls(MemoryStore(engine, str(path or "a knowledge base in memory")))
+        if path is not None:
+            kb.save()
+        return kb
+
+    @property
+    def location(self) -> str:
+        """Where it was opened."""
+        return self._store.location
+
+    def __enter__(self) -> "KnowledgeBase":
+        """Return itself; it is closed at the end of the block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close."""
+        self.close()
+
+    def close(self) -> None:
+        """Release files and locks."""
+        self._store.close()
+
+    def ask(self, name: str, /, **arguments: Argument) -> Answer:
+        """Answer a stored question of `sparql/`, such as `ask("class_knowledge", **{"class": "tray"})`.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such question, or an argument names nothing known.
+        InputError
+            If an argument is missing, not declared, or not of its type.
+        """
+        return self.answer(stored_query(name), arguments)
+
+    def answer(self, query: Query, arguments: Mapping[str, Argument]) -> Answer:
+        """Answer a question with its parameters."""
+        return self.query(query.bind(self.resolve, arguments))
+
+    def query(self, text: str) -> Answer:
+        """Answer any SPARQL 1.1 query (SELECT, ASK, CONSTRUCT or DESCRIBE).
+
+        Raises
+        ------
+        InputError
+            If it is not valid SPARQL, an update, or asks another server.
+        """
+        refuse_foreign_access(text)
+        try:
+            return _answer(self._store.query(text))
+        except SyntaxError as error:
+            raise InputError(f"not a valid SPARQL query: {' '.join(str(error).split())}") from None
+        except RuntimeError as error:
+            raise InputError(f"the query cannot be evaluated: {' '.join(str(error).split())}") from None
+
+    def construct(self, text: str) -> ox.QueryTriples:
+        """Return the triples of a CONSTRUCT query of our own."""
+        results = self._store.query(text)
+        assert isinstance(results, ox.QueryTriples)
+        return results
+
+    def triples(self) -> Iterable[ox.Triple]:
+        """Yield all triples."""
+        return self.construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
+
+    def view(self, load: Callable[["KnowledgeBase"], T]) -> T:
+        """Return what `load` makes of this knowledge base; made once, and again after a change."""
+        if load not in self._views:
+            self._views[load] = load(self)
+        found: T = self._views[load]
+        return found
+
+    def resolve(self, name: str, kind: str = "iri") -> str:
+        """Return the IRI a name stands for.
+
+        Parameters
+        ----------
+        name : str
+            An IRI, a name with prefix (`kb:Tray`), or what people say: "tray", "coffee mug", "size_2".
+        kind : {"class", "instance", "property", "quality", "iri"}
+            What it must be; "iri" takes anything.
+
+        Raises
+        ------
+        UnknownNameError
+            If nothing of that kind has the name.
+        InputError
+            If a class and something else share it.
+        """
+        found = self._named(name)
+        fitting = sorted({thing for thing, types in found.items() if _is_a(types, kind)})
+        if len(fitting) > 1:
+            raise InputError(f"{name!r} may be {' or '.join(fitting)}: give the IRI")
+        if not fitting:
+            what = "name" if kind == "iri" else kind
+            raise UnknownNameError(what, name, self.known_names(kind), f"in {self.location!r}")
+        return fitting[0]
+
+    def known_names(self, kind: str) -> list[str]:
+        """Return the names of all classes, instances, properties or qualities, or of everything."""
+        if kind == "class":
+            return [str(row["name"]) for row in self.ask("classes")]
+        if kind == "property":
+            return [local_name(str(row["property"])) for row in self.ask("properties")]
+        if kind == "quality":
+            return [local_name(str(row["quality"])) for row in self.ask("qualities")]
+        if kind == "instance":
+            return [str(row["name"]) for row in self.ask("all_instances")]
+        return [name for one in ("class", "property", "quality", "instance") for name in self.known_names(one)]
+
+    def tell(self, remove: Iterable[str], add: Iterable[str]) -> None:
+        """Replace triples, given as lines of N-Triples, and the revision with them, at once.
+
+        Raises
+        ------
+        LockedError
+            If another process is writing, or has written since this one read.
+        """
+        old, new = set(remove), set(add)
+        gone, come = sorted(old - new), sorted(new - old)
+        if not gone and not come:
+            return
+        before = revision_line(int(self.revision, 16))
+        revision = (int(self.revision, 16) + revision_of(come) - revision_of(gone)) % (1 << 256)
+        after = revision_line(revision)
+        if after != before:
+            gone, come = [*gone, before], [*come, after]
+        self._store.change(gone, come, before)
+        self.revision = f"{revision:064x}"
+        self._views.clear()
+
+    def observe(
+        self,
+        object_class: str,
+        instance: str,
+        measurements: Mapping[str, float | Sequence[float]],
+        *,
+        observation: str = "",
+        origin: Origin = Origin.MACHINE,
+        source: Source | None = None,
+    ) -> None:
+        """Take in what was measured of an instance, new or known, without a refit.
+
+        Parameters
+        ----------
+        object_class, instance : str
+        measurements : mapping of property name to a number or a vector, in the property's unit
+        observation : str
+            Name of the observation; needed where the instance is measured more than once.
+
+        Raises
+        ------
+        InputError
+            If a value is missing, repeated, not finite or of the wrong length; if the instance is of
+            another class; if the knowledge base holds classes only.
+        """
+        from ersatz.knowledge.updates import observe
+
+        observe(self, object_class, instance, measurements, observation, origin, source)
+
+    def forget(self, instance: str) -> None:
+        """Take an instance out again, with all that was counted of it."""
+        from ersatz.knowledge.updates import forget
+
+        forget(self, instance)
+
+    def substitution_model(self, missing: str, settings: str | None = None) -> SubstitutionModel | None:
+        """Return the remembered, up-to-date answer for a tool, or None.
+
+        Parameters
+        ----------
+        missing : str
+            The tool's class.
+        settings : str, optional
+            The reasoner's settings as JSON; needed only where answers under several are remembered.
+
+        Raises
+        ------
+        InputError
+            If several answers are remembered and it is not said which.
+        """
+        from ersatz.knowledge.substitutions import load_substitution, remembered
+
+        tool = self.resolve(missing, "class")
+        known = [iri for iri, of in self.view(remembered).items() if of == tool]
+        models = [load_substitution(self, iri) for iri in known]
+        fitting = [model for model in models if settings in (None, model.settings)]
+        if len(fitting) > 1:
+            raise InputError(f"{len(fitting)} answers are remembered for {missing!r}: say under which settings")
+        return fitting[0] if fitting else None
+
+    def save(self, path: str | Path | None = None) -> None:
+        """Write to a file or a new directory; without a path, back to the file it was opened from.
+
+        Raises
+        ------
+        InputError
+            If the name says no format, or the shipped knowledge base would be overwritten.
+        """
+        if path is None and not isinstance(self._store, MemoryStore):
+            return  # a directory or an endpoint changed when it was told
+        target = Path(path if path is not None else self.location)
+        if target.parent == ONTOLOGY and target.stem in SHIPPED and path is None:
+            raise InputError(f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}")
+        write(self.triples(), target)
+
+    @property
+    def graph(self) -> "rdflib.Graph":
+        """A read-only rdflib view; of an endpoint, a copy."""
+        from ersatz.knowledge.views import rdflib_graph
+
+        return rdflib_graph(self._store, self.triples)
+
+    def owl(self) -> Any:
+        """Return an owlready2 ontology with the classes and individuals as Python objects; a copy."""
+        from ersatz.knowledge.views import owlready2_ontology
+
+        return owlready2_ontology(self.triples())
+
+    def _named(self, name: str) -> dict[str, set[str]]:
+        """Return what may be meant by a name, with its types."""
+        prefix, colon, rest = name.partition(":")
+        if name.startswith(("http://", "https://")) or (colon and prefix in v.PREFIXES):
+            guesses = [name if name.startswith("http") else v.PREFIXES[prefix] + rest]
+        else:
+            guesses = _guesses(name)
+        found: dict[str, set[str]] = {}
+        values = " ".join(str(ox.NamedNode(guess)) for guess in guesses if _valid(guess))
+        if values:
+            for row in self.query(f"SELECT ?thing ?type WHERE {{ VALUES ?thing {{ {values} }} ?thing a ?type }}"):
+                found.setdefault(str(row["thing"]), set()).add(str(row["type"]))
+        if not found:
+            for row in self.ask("lookup", name=name):
+                found.setdefault(str(row["thing"]), set()).add(str(row["type"]))
+        return found
+
+
+def write(triples: Iterable[ox.Triple], target: Path) -> None:
+    """Write triples to a file, or to a new directory knowledge base where the name has no suffix."""
+    check_target(target)
+    if format_of(target) is not None:
+        from ersatz.knowledge.turtle import write_file
+
+        write_file(triples, target)
+    else:
+        DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
+
+
+def check_target(target: Path) -> None:
+    """Raise if nothing can be written under this name."""
+    if not target.parent.is_dir():
+        raise KnowledgeBaseError(f"there is no directory {str(target.parent)!r}: create it first")
+    if format_of(target) is not None:
+        if target.is_dir():
+            raise KnowledgeBaseError(f"{str(target)!r} is a directory: choose another name")
+    elif target.suffix and not target.is_dir():
+        raise InputError(
+            f"{target.name!r} says no RDF format: use {', '.join(FORMATS)} (each also with .gz), "
+            "or no suffix for a directory"
+        )
+    elif target.is_file():
+        raise KnowledgeBaseError(f"{str(target)!r} is a file: choose another name for the directory")
+
+
+def _chunks(lines: Iterable[str]) -> Iterator[bytes]:
+    """Yield the lines in pieces, and at last the revision that follows from them."""
+    revision = 0
+    for piece in batched(lines, 50_000):
+        revision = revision_of(piece, revision)
+        yield "".join(piece).encode()
+    yield revision_line(revision).encode()
+
+
+def _pieces(lines: Iterable[str]) -> Iterator[bytes]:
+    return ("".join(piece).encode() for piece in batched(lines, 50_000))
+
+
+def batched(lines: Iterable[str], size: int) -> Iterator[list[str]]:
+    """Yield the lines in lists of at most `size` (Python 3.12 has this in itertools)."""
+    rest = iter(lines)
+    while piece := list(islice(rest, size)):
+        yield piece
+
+
+def _guesses(name: str) -> list[str]:
+    try:
+        return [class_iri(name), snake_iri(name)]
+    except InputError:
+        return []
+
+
+def _valid(iri: str) -> bool:
+    try:
+        ox.NamedNode(iri)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_a(types: set[str], kind: str) -> bool:
+    if kind == "iri":
+        return True
+    if kind == "instance":
+        return any(not one.startswith((v.ERSATZ, v.OWL)) for one in types)
+    return bool(types & _TYPES_OF[kind])
+
+
+def _answer(results: Results) -> Answer:
+    if isinstance(results, ox.QueryBoolean):
+        return Answer(("answer",), ((bool(results),),))
+    if isinstance(results, ox.QueryTriples):
+        rows: list[tuple[Value, ...]] = [
+            (value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in results
+        ]
+        return Answer(("subject", "predicate", "object"), tuple(rows))
+    variables = tuple(variable.value for variable in results.variables)
+    return Answer(variables, tuple(tuple(value_of(term) for term in solution) for solution in results))

@@ -1,0 +1,124 @@
+"""The nouns of the knowledge base: memberships, class and function models, substitution models."""
+
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from ersatz.knowledge.terms import degree_text
+from ersatz.measurements import Kind
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One membership <concept, quality, observed, out of>: the count is the fact, the degree a view.
+
+    Attributes
+    ----------
+    quality : str
+        Name of the quality, `rigidity_4`.
+    property : str
+        Name of its property.
+    kind : Kind
+    rank : int
+    count, total : int
+        In millionths of a degree.
+    """
+
+    quality: str
+    property: str
+    kind: Kind
+    rank: int
+    count: int
+    total: int
+
+    @property
+    def proportion(self) -> Fraction:
+        """The exact degree: m of class knowledge, d of a function model."""
+        return Fraction(self.count, self.total)
+
+    def __str__(self) -> str:
+        """Return "rigidity_4: 9 of 10"."""
+        return f"{self.quality}: {degree_text(self.count)} of {degree_text(self.total)}"
+
+
+@dataclass(frozen=True, slots=True)
+class ClassModel:
+    """What is known of an object class: the tuples <O, t, m> (paper: Conceptualization, Objects)."""
+
+    name: str
+    iri: str
+    instances: int
+    entries: tuple[Entry, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionModel:
+    """What goes with a functional quality: the tuples <f, p, d> (paper: Functional Properties)."""
+
+    function: str
+    iri: str
+    entries: tuple[Entry, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """How one object compares with what is relevant in a missing tool.
+
+    Attributes
+    ----------
+    iri : str
+        Of the candidate's class, or of the instance.
+    similarity : Decimal
+        Rounded half-even to 6 places; in [0, 1].
+    accepted : bool
+    shared, lacking, extra : tuple of quality names, ascending
+    """
+
+    iri: str
+    similarity: Decimal
+    accepted: bool
+    shared: tuple[str, ...]
+    lacking: tuple[str, ...]
+    extra: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SubstitutionModel:
+    """The remembered answer <O_P', O_F', substitutes, non-substitutes> (paper: Reasoning about a Substitute).
+
+    Attributes
+    ----------
+    iri : str
+        Names the tool and a hash of settings and revision: one that is out of date is never found.
+    missing : str
+        IRI of the missing tool's class.
+    settings : str
+        The reasoner's settings as canonical JSON.
+    theta, relevance_phi, phi : Fraction
+        Thresholds: representative, of relevance, of similarity.
+    revision : str
+        Of the knowledge it was computed from.
+    relevant_physical, relevant_functional : tuple of quality names
+    candidates : tuple of Candidate, ascending by IRI
+    """
+
+    iri: str
+    missing: str
+    settings: str
+    theta: Fraction
+    relevance_phi: Fraction
+    phi: Fraction
+    revision: str
+    relevant_physical: tuple[str, ...]
+    relevant_functional: tuple[str, ...]
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def substitutes(self) -> tuple[str, ...]:
+        """IRIs of the candidates accepted."""
+        return tuple(candidate.iri for candidate in self.candidates if candidate.accepted)
+
+    @property
+    def non_substitutes(self) -> tuple[str, ...]:
+        """IRIs of the candidates refused."""
+        return tuple(candidate.iri for candidate in self.candidates if not candidate.accepted)

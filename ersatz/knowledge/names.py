@@ -1,0 +1,78 @@
+"""Names: from what people call things to IRIs, by one rule.
+
+A class is CamelCase, everything else snake_case; words are separated by anything that is neither a
+letter nor a digit in any script; letters keep their script; a name that would begin with a digit gets a
+leading underscore. Two labels with one name are an error where they meet (`distinct`).
+
+>>> class_name("coffee mug"), snake_name("Coffee-Mug 3"), snake_name("7up can"), class_name("café crème")
+('CoffeeMug', 'coffee_mug_3', '_7up_can', 'CaféCrème')
+"""
+
+import re
+from collections.abc import Iterable
+
+from ersatz.errors import InputError
+from ersatz.knowledge.vocabulary import KB
+
+_WORDS = re.compile(r"[^\W_]+")
+
+
+def class_name(label: str) -> str:
+    """Return the CamelCase local name of an object class."""
+    return _guarded("".join(word[0].upper() + word[1:] for word in _words(label)))
+
+
+def snake_name(label: str) -> str:
+    """Return the snake_case local name of anything but a class."""
+    return _guarded("_".join(word.lower() for word in _words(label)))
+
+
+def class_iri(label: str) -> str:
+    """Return the IRI of an object class, `kb:CoffeeMug`."""
+    return KB + class_name(label)
+
+
+def model_iri(label: str) -> str:
+    """Return the IRI of what is known of an object class, `kb:model_CoffeeMug`."""
+    return f"{KB}model_{class_name(label)}"
+
+
+def snake_iri(label: str) -> str:
+    """Return the IRI of an instance, a property or a quality, `kb:coffee_mug_3`."""
+    return KB + snake_name(label)
+
+
+def local_name(iri: str) -> str:
+    """Return what stands after the namespace."""
+    return re.split(r"[#/]", iri)[-1]
+
+
+def distinct(named: Iterable[tuple[str, str]]) -> None:
+    """Check that no IRI names two things.
+
+    Parameters
+    ----------
+    named : iterable of (IRI, what it names)
+
+    Raises
+    ------
+    InputError
+        If one IRI would stand for two things.
+    """
+    seen: dict[str, str] = {}
+    for iri, thing in named:
+        if seen.setdefault(iri, thing) != thing:
+            raise InputError(
+                f"{seen[iri]} and {thing} would both be called {local_name(iri)!r}: rename one of them"
+            )
+
+
+def _words(label: str) -> list[str]:
+    words = _WORDS.findall(label)
+    if not words:
+        raise InputError(f"{label!r} cannot be a name: it has neither letter nor digit")
+    return words
+
+
+def _guarded(name: str) -> str:
+    return f"_{name}" if name[0].isdigit() else name

@@ -1,0 +1,230 @@
+"""Query: one file of `sparql/`, its parameters checked before it runs.
+
+A file begins with lines `#+ summary: ...`, `#+ description: ...` and `#+ example: name=value ...`.
+A variable `?_<name>_<type>` is a parameter; it is replaced by the text of a checked term, since binding
+by an engine is silently wrong where a name is misspelt.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Final, TypeAlias, overload
+
+import pyoxigraph as ox
+
+from ersatz.errors import InputError, UnknownNameError
+from ersatz.knowledge.terms import decimal, finite, integer, iri, text
+from ersatz.knowledge.vocabulary import XSD
+from ersatz.resources import SPARQL
+
+Value: TypeAlias = str | int | Decimal | bool | None
+"""A cell of an answer: IRIs and strings as str, numbers as int or Decimal, unbound as None."""
+
+Argument: TypeAlias = str | int | float | Decimal | Fraction | Sequence[str]
+Resolver: TypeAlias = Callable[[str, str], str]
+"""(name, type of the parameter) -> IRI; raises where the knowledge base does not know the name."""
+
+NAMED_TYPES: Final = ("class", "instance", "property", "quality", "iri")
+_PARAMETER: Final = re.compile(
+    r"\?_([a-z]+(?:_[a-z]+)*?)_(class|instance|property|quality|iris|iri|decimal|integer|string)\b"
+)
+_HEADER: Final = re.compile(r"^#\+ ?(\w+):\s*(.*)$")
+_NOISE: Final = re.compile(r"<[^<>\s]*>|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\\n]|\\.)*'|#[^\n]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A question to a knowledge base.
+
+    Attributes
+    ----------
+    name : str
+        The file's stem.
+    text : str
+        SPARQL 1.1 with parameters.
+    summary, description, example, mend : str
+        From the header; `mend` only where the question finds faults.
+    parameters : mapping of name to type
+    """
+
+    name: str
+    text: str
+    summary: str
+    description: str
+    example: str
+    mend: str
+    parameters: Mapping[str, str]
+
+    @classmethod
+    def parse(cls, name: str, source: str) -> "Query":
+        """Read a query and its header."""
+        header: dict[str, str] = {}
+        key = ""
+        for line in source.splitlines():
+            if found := _HEADER.match(line):
+                key, words = found.groups()
+                header[key] = words
+            elif line.startswith("#+") and key:
+                header[key] = f"{header[key]} {line[2:].strip()}"
+        parameters = dict(_PARAMETER.findall(source))
+        return cls(
+            name,
+            source,
+            header.get("summary", ""),
+            header.get("description", ""),
+            header.get("example", ""),
+            header.get("mend", ""),
+            parameters,
+        )
+
+    def bind(self, resolve: Resolver, arguments: Mapping[str, Argument]) -> str:
+        """Return the query with every parameter replaced.
+
+        Raises
+        ------
+        InputError
+            If a parameter is missing or not declared, or a value is not of its type.
+        UnknownNameError
+            If the knowledge base does not know what a name stands for.
+        """
+        wanted = ", ".join(f"{name} ({kind})" for name, kind in self.parameters.items()) or "none"
+        for name in arguments:
+            if name not in self.parameters:
+                raise InputError(f"query {self.name!r} has no parameter {name!r}; it takes: {wanted}")
+        missing = [name for name in self.parameters if name not in arguments]
+        if missing:
+            raise InputError(f"query {self.name!r} needs {', '.join(missing)}; it takes: {wanted}")
+        terms = {name: _term(name, kind, arguments[name], resolve) for name, kind in self.parameters.items()}
+        return _PARAMETER.sub(lambda found: terms[found[1]], self.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer(Sequence[Mapping[str, Value]]):
+    """The rows of an answer, each a mapping from variable to value.
+
+    Attributes
+    ----------
+    variables : tuple of str
+    rows : tuple of tuples of Value
+    """
+
+    variables: tuple[str, ...]
+    rows: tuple[tuple[Value, ...], ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Mapping[str, Value]]:
+        """Yield the rows."""
+        return (dict(zip(self.variables, row, strict=True)) for row in self.rows)
+
+    @overload
+    def __getitem__(self, at: int) -> Mapping[str, Value]: ...
+    @overload
+    def __getitem__(self, at: slice) -> Sequence[Mapping[str, Value]]: ...
+    def __getitem__(self, at: int | slice) -> Mapping[str, Value] | Sequence[Mapping[str, Value]]:
+        """Return one row, or some."""
+        if isinstance(at, slice):
+            return Answer(self.variables, self.rows[at])
+        return dict(zip(self.variables, self.rows[at], strict=True))
+
+
+@cache
+def stored_query(name: str) -> Query:
+    """Return a question of `sparql/` by its name, such as "representative_qualities" or "checks/missing_label".
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none; the nearest names are offered.
+    """
+    if name not in (names := query_names()):
+        raise UnknownNameError("query", name, names)
+    return Query.parse(name, (SPARQL / f"{name}.rq").read_text(encoding="utf-8"))
+
+
+def query_names(folder: str = "") -> tuple[str, ...]:
+    """Return the names of all stored questions, or of those in a folder such as "checks"."""
+    found = (path.relative_to(SPARQL).with_suffix("") for path in (SPARQL / folder).rglob("*.rq"))
+    return tuple(sorted(path.as_posix() for path in found))
+
+
+def read_query(path: Path) -> Query:
+    """Read a question from a user's own file."""
+    try:
+        return Query.parse(path.stem, path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the query {str(path)!r}: {error}") from None
+
+
+def refuse_foreign_access(source: str) -> None:
+    """Raise if a query asks other servers; it could carry knowledge away or hang."""
+    words = _NOISE.sub(" ", source).upper()
+    if re.search(r"\bSERVICE\b", words):
+        raise InputError("SERVICE is not allowed: a query may only read this knowledge base")
+
+
+def value_of(term: object) -> Value:
+    """Return an RDF term as a Python value."""
+    if isinstance(term, ox.Literal):
+        kind = term.datatype.value.removeprefix(XSD)
+        if kind == "decimal":
+            return Decimal(term.value)
+        if kind in ("integer", "int", "long", "nonNegativeInteger", "positiveInteger"):
+            return int(term.value)
+        if kind in ("double", "float"):
+            return Decimal(repr(float(term.value)))
+        return term.value == "true" if kind == "boolean" else term.value
+    if isinstance(term, ox.NamedNode | ox.BlankNode):
+        return term.value
+    return None if term is None else str(term)
+
+
+def exact(value: str | float | Decimal | Fraction, name: str = "value") -> Fraction:
+    """Return a number exactly as it is written; a float is taken by its repr.
+
+    >>> exact(0.35), exact("1/3")
+    (Fraction(7, 20), Fraction(1, 3))
+    """
+    try:
+        if isinstance(value, Fraction):
+            return value
+        return Fraction(repr(value) if isinstance(value, float) else value)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        raise InputError(f"{name} {value!r} is not a number: write it like 0.35") from None
+
+
+def _term(name: str, kind: str, value: Argument, resolve: Resolver) -> str:
+    if kind == "iris":
+        names: Iterable[str] = [value] if isinstance(value, str) else _strings(name, value)
+        return " ".join(iri(resolve(one, "iri")) for one in names)
+    if kind in NAMED_TYPES:
+        if not isinstance(value, str):
+            raise InputError(f"parameter {name!r} takes a name, not {value!r}")
+        return iri(resolve(value, kind))
+    if kind == "string":
+        if not isinstance(value, str):
+            raise InputError(f"parameter {name!r} takes a text, not {value!r}")
+        return text(value)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        raise InputError(f"parameter {name!r} takes one number, not {value!r}")
+    number = exact(value, f"parameter {name!r}:")
+    if kind == "integer":
+        if number.denominator != 1:
+            raise InputError(f"parameter {name!r} takes a whole number, not {value!r}")
+        return integer(number.numerator)
+    try:
+        return decimal(finite(number))
+    except InputError as error:
+        raise InputError(f"parameter {name!r}: {error}") from None
+
+
+def _strings(name: str, value: object) -> list[str]:
+    if isinstance(value, Sequence) and all(isinstance(one, str) for one in value):
+        return list(value)
+    raise InputError(f"parameter {name!r} takes names, not {value!r}")

@@ -1,0 +1,306 @@
+"""Stores: one file in memory, a directory on disk, or a remote SPARQL 1.1 endpoint, behind one door.
+
+A store answers queries and applies a change as a whole or not at all. All of them speak pyoxigraph's
+terms. Nothing here knows what the triples mean.
+"""
+
+import gzip
+import os
+import shutil
+import sys
+import zlib
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Final, Protocol, TypeAlias
+from urllib.error import HTTPError, URLError
+from urllib.parse import parse_qs, urlencode, urlsplit
+from urllib.request import Request, urlopen
+
+import pyoxigraph as ox
+
+from ersatz.errors import InputError, KnowledgeBaseError, LockedError
+
+Results: TypeAlias = ox.QuerySolutions | ox.QueryBoolean | ox.QueryTriples
+
+FORMATS: Final = {
+    ".ttl": ox.RdfFormat.TURTLE,
+    ".owl": ox.RdfFormat.RDF_XML,
+    ".rdf": ox.RdfFormat.RDF_XML,
+    ".nt": ox.RdfFormat.N_TRIPLES,
+    ".jsonld": ox.RdfFormat.JSON_LD,
+}
+"""RDF formats by file suffix; each may be followed by `.gz`."""
+
+
+class Store(Protocol):
+    """What a knowledge base needs of the place it lives in."""
+
+    location: str
+
+    def query(self, text: str) -> Results:
+        """Answer a SPARQL 1.1 query over the default graph."""
+
+    def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
+        """Remove and add lines of N-Triples at once, if the triple `guard` still holds."""
+
+    def close(self) -> None:
+        """Let go of files and locks."""
+
+
+def format_of(path: Path) -> tuple[ox.RdfFormat, bool] | None:
+    """Return the RDF format a file name stands for and whether it is compressed, or None."""
+    packed = path.suffix == ".gz"
+    suffix = path.with_suffix("").suffix if packed else path.suffix
+    return (FORMATS[suffix.lower()], packed) if suffix.lower() in FORMATS else None
+
+
+class MemoryStore:
+    """Triples in memory, read from a file or just made; changes stay there until they are saved."""
+
+    def __init__(self, engine: ox.Store, location: str) -> None:
+        self.engine = engine
+        self.location = location
+
+    @classmethod
+    def read(cls, path: Path) -> "MemoryStore":
+        """Load a file.
+
+        Raises
+        ------
+        InputError
+            If its name says no RDF format.
+        KnowledgeBaseError
+            If it does not exist, cannot be read, or is not what its name says.
+        """
+        known = format_of(path)
+        if known is None:
+            raise InputError(
+                f"{path.name!r} is no RDF file by its name: use one of {', '.join(FORMATS)}, each also with .gz"
+            )
+        format_, packed = known
+        engine = ox.Store()
+        try:
+            raw = path.read_bytes()
+            engine.bulk_load(gzip.decompress(raw) if packed else raw, format=format_)
+        except FileNotFoundError:
+            raise KnowledgeBaseError(f"there is no file {str(path)!r}: check the path") from None
+        except (SyntaxError, ValueError, EOFError, zlib.error, gzip.BadGzipFile) as error:
+            raise KnowledgeBaseError(f"{str(path)!r} is not valid {format_.name}: {_line(error)}") from None
+        except OSError as error:
+            raise KnowledgeBaseError(f"cannot read {str(path)!r}: {error.strerror or error}") from None
+        return cls(engine, str(path))
+
+    def query(self, text: str) -> Results:
+        """Answer a SPARQL 1.1 query."""
+        return self.engine.query(text)
+
+    def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
+        """Apply one transaction in memory."""
+        self.engine.update(_change(remove, add, guard))
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class DirectoryStore:
+    """Oxigraph on RocksDB: one writer, and any number of readers of the newest published snapshot.
+
+    Layout: `store/` is the writer's database; `snapshots/<n>/` are consistent copies (hard links) that
+    readers open; the file `current` names the newest. A change is one transaction, then a snapshot,
+    then an atomic swing of `current`: whoever is killed when, the next to open finds the knowledge
+    before the change or after it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.location = str(path)
+        self._writer: ox.Store | None = None
+        self._reader: ox.Store | None = None
+        self._pin: int | None = None
+        self._open_reader()
+
+    @classmethod
+    def create(cls, path: Path, chunks: Iterable[bytes]) -> None:
+        """Write a new directory knowledge base from N-Triples; replace an older one only when complete."""
+        if path.exists() and not is_directory_store(path) and any(path.iterdir()):
+            raise KnowledgeBaseError(f"{str(path)!r} is a directory, but no knowledge base: choose another name")
+        fresh = path.with_name(f".{path.name}.new-{os.getpid()}")
+        shutil.rmtree(fresh, ignore_errors=True)
+        (fresh / "snapshots").mkdir(parents=True)
+        engine = ox.Store(str(fresh / "store"))
+        for chunk in chunks:
+            engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
+        engine.flush()
+        _publish(engine, fresh)
+        del engine
+        old = path.with_name(f".{path.name}.old-{os.getpid()}")
+        if path.exists():
+            path.rename(old)
+        fresh.rename(path)
+        shutil.rmtree(old, ignore_errors=True)
+
+    def query(self, text: str) -> Results:
+        """Answer a SPARQL 1.1 query, of the writer's own state once there was a change."""
+        engine = self._writer or self._reader
+        assert engine is not None
+        return engine.query(text)
+
+    def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
+        """Commit one transaction and publish it to readers."""
+        writer = self._lock()
+        if not writer.query(f"ASK {{ {guard} }}"):
+            raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
+        writer.update(_change(remove, add, guard))
+        _publish(writer, self.path)
+
+    def close(self) -> None:
+        """Release the writer's lock and the reader's snapshot."""
+        self._writer = self._reader = None
+        if self._pin is not None:
+            os.close(self._pin)
+            self._pin = None
+
+    def _lock(self) -> ox.Store:
+        if self._writer is None:
+            try:
+                self._writer = ox.Store(str(self.path / "store"))
+            except OSError as error:
+                if "lock" in str(error).lower():
+                    raise LockedError(
+                        f"{self.location!r} is being written by another process: try again when it has finished"
+                    ) from None
+                raise KnowledgeBaseError(f"cannot write to {self.location!r}: {_line(error)}") from None
+        return self._writer
+
+    def _open_reader(self) -> None:
+        for _ in range(10):
+            try:
+                newest = self.path / "snapshots" / (self.path / "current").read_text().strip()
+                self._pin = _pin(newest)
+                self._reader = ox.Store.read_only(str(newest))
+                return
+            except FileNotFoundError:
+                continue  # the snapshot was retired between reading its name and opening it
+            except (OSError, UnicodeDecodeError) as error:
+                raise KnowledgeBaseError(f"{self.location!r} is damaged: {_line(error)}; build it again") from None
+        raise KnowledgeBaseError(f"{self.location!r} holds no complete knowledge base: build it again")
+
+
+class RemoteStore:
+    """A SPARQL 1.1 Protocol endpoint.
+
+    The URL's own query string is kept with every request; its `default-graph-uri`, if any, is also the
+    graph that changes go to. Changes go to `update`; without it to the query endpoint's sibling
+    `update`, as Oxigraph and Fuseki have it, where the path ends in `query` or `sparql`.
+    """
+
+    def __init__(self, url: str, update: str | None = None, timeout: float = 60.0) -> None:
+        parts = urlsplit(url)
+        if parts.scheme not in ("http", "https") or not parts.hostname:
+            raise InputError(f"{url!r} is not the URL of a SPARQL endpoint: give http://host/path")
+        self.location = url
+        self._timeout = timeout
+        self._graph = parse_qs(parts.query).get("default-graph-uri", [None])[0]
+        head, _, last = parts.path.rpartition("/")
+        sibling = f"{head}/update" if last in ("query", "sparql") else parts.path
+        self._update = update or parts._replace(path=sibling, query="").geturl()
+
+    def query(self, text: str) -> Results:
+        """Answer a SPARQL 1.1 query; solutions travel as JSON, graphs as N-Triples."""
+        accept = "application/sparql-results+json, application/n-triples;q=0.9, text/turtle;q=0.8"
+        body, kind = self._post(self.location, {"query": text}, accept)
+        try:
+            if "json" in kind:
+                return ox.parse_query_results(body, format=ox.QueryResultsFormat.JSON)
+            format_ = ox.RdfFormat.TURTLE if "turtle" in kind else ox.RdfFormat.N_TRIPLES
+            triples = ox.Store()
+            triples.load(body, format=format_)
+            return triples.query("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
+        except (SyntaxError, ValueError) as error:
+            raise KnowledgeBaseError(f"{self.location!r} did not answer in SPARQL: {_line(error)}") from None
+
+    def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
+        """Send one update request; raise if someone else's came first."""
+        add = list(add)
+        self._post(self._update, {"update": _change(remove, add, guard, self._graph)}, "*/*")
+        if add and not self.query(f"ASK {{ {add[-1]} }}"):
+            raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _post(self, url: str, form: dict[str, str], accept: str) -> tuple[bytes, str]:
+        headers = {"Accept": accept, "Content-Type": "application/x-www-form-urlencoded; charset=utf-8"}
+        try:
+            request = Request(url, urlencode(form).encode(), headers)  # noqa: S310 - http(s) only, see above
+            with urlopen(request, timeout=self._timeout) as answer:
+                return answer.read(), answer.headers.get_content_type()
+        except HTTPError as error:
+            reason = _line(error.read(400).decode(errors="replace"))
+            raise KnowledgeBaseError(f"{url!r} answered {error.code} {error.reason}: {reason}") from None
+        except (URLError, OSError) as error:
+            raise KnowledgeBaseError(f"cannot reach {url!r}: {_line(error)}") from None
+
+
+def is_directory_store(path: Path) -> bool:
+    """Tell whether a directory is laid out as a directory knowledge base."""
+    return (path / "store").is_dir() and (path / "current").is_file()
+
+
+def _change(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | None = None) -> str:
+    """Return one SPARQL update that does everything, or nothing if the guard does not hold."""
+    opening, closing = (f"GRAPH <{graph}> {{", "}") if graph else ("", "")
+    return (
+        f"DELETE {{ {opening} {' '.join(remove)} {closing} }}\n"
+        f"INSERT {{ {opening} {' '.join(add)} {closing} }}\n"
+        f"WHERE {{ {opening} {guard} {closing} }}"
+    )
+
+
+def _publish(engine: ox.Store, path: Path) -> None:
+    """Copy the writer's state for readers, swing `current` to it, and retire what nobody reads."""
+    snapshots, current = path / "snapshots", path / "current"
+    numbers = [int(p.name) for p in snapshots.iterdir() if p.name.isdigit()]
+    newest = snapshots / f"{max(numbers, default=0) + 1:08d}"
+    engine.backup(str(newest))
+    pending = path / "current.new"
+    pending.write_text(newest.name)
+    pending.replace(current)
+    for number in numbers:
+        _retire(snapshots / f"{number:08d}")
+
+
+def _pin(snapshot: Path) -> int | None:
+    """Take a shared lock that keeps the writer from deleting a snapshot while it is read."""
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    handle = os.open(snapshot / "CURRENT", os.O_RDONLY)
+    fcntl.flock(handle, fcntl.LOCK_SH)
+    return handle
+
+
+def _retire(snapshot: Path) -> None:
+    if sys.platform == "win32":
+        return
+    import fcntl
+
+    with suppress(OSError):
+        handle = os.open(snapshot / "CURRENT", os.O_RDONLY)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(snapshot)
+        finally:
+            os.close(handle)
+
+
+def _line(error: object) -> str:
+    return " ".join(str(error).split())[:300]
+
+
+def lines_of(results: ox.QueryTriples) -> Iterator[str]:
+    """Yield the triples of a CONSTRUCT query as lines of N-Triples."""
+    for triple in results:
+        yield f"{triple.subject} {triple.predicate} {triple.object} .\n"

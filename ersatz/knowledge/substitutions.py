@@ -1,0 +1,140 @@
+"""Remembered answers: substitution models to triples and back."""
+
+from collections.abc import Iterator
+from decimal import Decimal
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.models import Candidate, SubstitutionModel
+from ersatz.knowledge.names import local_name, snake_iri, snake_name
+from ersatz.knowledge.queries import exact
+from ersatz.knowledge.stores import lines_of
+from ersatz.knowledge.terms import decimal, english, finite, iri, text
+
+if TYPE_CHECKING:
+    from ersatz.knowledge.base import KnowledgeBase
+
+
+def substitution_iri(tool: str, settings: str, revision: str) -> str:
+    """Return the IRI of the answer for a tool's IRI under these settings and this state of knowledge."""
+    key = sha256(f"{settings}\n{revision}".encode()).hexdigest()[:16]
+    return f"{v.KB}substitution_{snake_name(local_name(tool))}_{key}"
+
+
+def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
+    """Yield a substitution model as lines of N-Triples."""
+    subject = iri(model.iri)
+    tool = local_name(model.missing)
+    yield from _individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
+    for predicate, value in (
+        (v.MISSING_TOOL, _thing(model.missing)),
+        (v.THETA, decimal(finite(model.theta))),
+        (v.RELEVANCE_PHI, decimal(finite(model.relevance_phi))),
+        (v.PHI, decimal(finite(model.phi))),
+        (v.SETTINGS, text(model.settings)),
+        (v.REVISION, text(model.revision)),
+        (v.WAS_GENERATED_BY, iri(f"{v.KB}build_1")),
+    ):
+        yield f"{subject} {predicate} {value} .\n"
+    for predicate, names in (
+        (v.RELEVANT_PHYSICAL_QUALITY, model.relevant_physical),
+        (v.RELEVANT_FUNCTIONAL_QUALITY, model.relevant_functional),
+    ):
+        for name in names:
+            yield f"{subject} {predicate} {iri(snake_iri(name))} .\n"
+    for candidate in model.candidates:
+        yield from _candidate_lines(subject, model.iri, tool, candidate)
+
+
+def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
+    """Return a remembered substitution model."""
+    row = kb.ask("substitution_model", model=model_iri)[0]
+    relevance = kb.ask("substitution_relevance", model=model_iri)
+    parts: dict[str, dict[str, list[str]]] = {}
+    decisions: dict[str, tuple[Decimal, bool]] = {}
+    for found in kb.ask("substitution_candidates", model=model_iri):
+        key = str(found["candidate"])
+        decisions[key] = Decimal(str(found["similarity"])), found["accepted"] in (True, 1)
+        sets = parts.setdefault(key, {"shared": [], "lacking": [], "extra": []})
+        if found["quality"]:
+            sets[str(found["part"])].append(local_name(str(found["quality"])))
+    return SubstitutionModel(
+        model_iri,
+        str(row["tool"]),
+        str(row["settings"]),
+        exact(_decimal(row["theta"])),
+        exact(_decimal(row["relevancePhi"])),
+        exact(_decimal(row["phi"])),
+        str(row["revision"]),
+        tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "physical"),
+        tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "functional"),
+        tuple(
+            Candidate(key, *decisions[key], *(tuple(sorted(parts[key][p])) for p in ("shared", "lacking", "extra")))
+            for key in sorted(decisions)
+        ),
+    )
+
+
+def remember(kb: "KnowledgeBase", model: SubstitutionModel) -> None:
+    """Write an answer into the knowledge base, joined with what is remembered under the same IRI."""
+    old: list[str] = []
+    candidates = {candidate.iri: candidate for candidate in model.candidates}
+    if model.iri in kb.view(remembered):
+        before = load_substitution(kb, model.iri)
+        old = list(substitution_lines(before))
+        candidates = {candidate.iri: candidate for candidate in before.candidates} | candidates
+    joined = tuple(candidates[key] for key in sorted(candidates))
+    fields = {name: getattr(model, name) for name in SubstitutionModel.__slots__}
+    kb.tell(old, substitution_lines(SubstitutionModel(**(fields | {"candidates": joined}))))
+
+
+def remembered(kb: "KnowledgeBase") -> dict[str, str]:
+    """Return the IRIs of the remembered answers that are up to date, each with its tool's IRI."""
+    rows = kb.ask("substitution_models")
+    return {str(row["model"]): str(row["tool"]) for row in rows if row["revision"] == row["current"]}
+
+
+def all_substitution_lines(kb: "KnowledgeBase") -> Iterator[str]:
+    """Yield every triple of every substitution model, up to date or not."""
+    results: Any = kb.construct(
+        f"CONSTRUCT {{ ?s ?p ?o }} WHERE {{ ?model a {v.SUBSTITUTION_MODEL} . "
+        f"{{ BIND (?model AS ?s) }} UNION {{ ?model {v.HAS_CANDIDATE} ?s }} ?s ?p ?o }}"
+    )
+    return lines_of(results)
+
+
+def _candidate_lines(subject: str, model_iri: str, tool: str, candidate: Candidate) -> Iterator[str]:
+    name = local_name(candidate.iri)
+    node, thing = iri(f"{model_iri}__{name}"), _thing(candidate.iri)
+    yield f"{subject} {v.HAS_CANDIDATE} {node} .\n"
+    yield f"{subject} {v.SUBSTITUTE if candidate.accepted else v.NON_SUBSTITUTE} {thing} .\n"
+    yield from _individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
+    yield f"{node} {v.CANDIDATE} {thing} .\n"
+    yield f"{node} {v.SIMILARITY} {decimal(candidate.similarity)} .\n"
+    yield f'{node} {v.ACCEPTED} "{str(candidate.accepted).lower()}"^^<{v.XSD}boolean> .\n'
+    for predicate, names in (
+        (v.SHARED, candidate.shared),
+        (v.LACKING, candidate.lacking),
+        (v.EXTRA, candidate.extra),
+    ):
+        for one in names:
+            yield f"{node} {predicate} {iri(snake_iri(one))} .\n"
+
+
+def _thing(name: str) -> str:
+    """Return the individual that stands for a candidate: a class's model, or the instance itself."""
+    local = local_name(name)
+    return iri(f"{v.KB}model_{local}" if local[0].isupper() or not name.startswith(v.KB) else name)
+
+
+def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
+    yield f"{subject} {v.TYPE} {v.NAMED_INDIVIDUAL} .\n"
+    yield f"{subject} {v.TYPE} {type_} .\n"
+    yield f"{subject} {v.LABEL} {english(label)} .\n"
+
+
+def _decimal(value: object) -> Decimal:
+    assert isinstance(value, Decimal | int), value
+    return Decimal(value)
+

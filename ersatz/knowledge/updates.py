@@ -1,0 +1,241 @@
+"""Updates: observe and forget one instance. Re-grounding with the saved cut points, of what changed only.
+
+The knowledge of the instance, its class and the function models is read back, counted anew, and the
+difference between the lines of the old and the new knowledge is told in one transaction.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.errors import InputError
+from ersatz.grounding.attribution import Attribution, attribute
+from ersatz.grounding.conceptualization import DEGREE, Counts, conceptualize
+from ersatz.grounding.subcategorization import Qualities
+from ersatz.grounding.units import ObservationUnit, Units, find_units
+from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.queries import Answer, Value, exact, stored_query
+from ersatz.knowledge.substitutions import all_substitution_lines
+from ersatz.knowledge.terms import millionths
+from ersatz.knowledge.writer import class_knowledge, function_knowledge, instance_knowledge, source_lines
+from ersatz.measurements import Block, Kind, Measurements, Origin, Property, Source
+
+if TYPE_CHECKING:
+    from ersatz.knowledge.base import KnowledgeBase
+
+
+def observe(
+    kb: "KnowledgeBase",
+    object_class: str,
+    instance: str,
+    values: Mapping[str, float | Sequence[float]],
+    observation: str,
+    origin: Origin,
+    source: Source | None,
+) -> None:
+    """Add the values to what is known of the instance."""
+    qualities = read_qualities(kb)
+    properties = {quality.property.name: quality.property for quality in qualities}
+    source = source or Source("observation")
+    blocks = []
+    for name, value in values.items():
+        if name not in properties:
+            raise InputError(f"property {name!r} has no qualities here: known are {', '.join(sorted(properties))}")
+        row = _vector(name, value)
+        blocks.append(
+            Block(properties[name], [object_class], [instance], [observation], row, origin, source)
+        )
+    old = _read_instance(kb, instance, qualities)
+    new = Measurements.collect([*(old.blocks() if old else ()), *blocks])
+    _replace(kb, qualities, old, new)
+
+
+def forget(kb: "KnowledgeBase", instance: str) -> None:
+    """Take the instance out of the counts, and away."""
+    qualities = read_qualities(kb)
+    iri = kb.resolve(instance, "instance")
+    old = _read_instance(kb, iri, qualities)
+    if old is None:
+        raise InputError(f"nothing was measured of {instance!r}: there is nothing to forget")
+    _replace(kb, qualities, old, None, all_substitution_lines(kb))
+
+
+def read_qualities(kb: "KnowledgeBase") -> tuple[Qualities, ...]:
+    """Return the saved cut points."""
+    components: dict[str, list[str]] = {}
+    for row in kb.ask("axes"):
+        components.setdefault(str(row["property"]), []).append(str(row["component"]))
+    properties = {
+        str(row["property"]): Property(
+            local_name(str(row["property"])),
+            Kind(str(row["kind"])),
+            str(row["unit"]),
+            tuple(components.get(str(row["property"]), ())),
+            *(str(row[name] or "") for name in ("adjective", "orientation", "definition")),
+        )
+        for row in kb.ask("properties")
+    }
+    places: dict[str, list[Value]] = {}
+    for row in kb.ask("quality_coordinates"):
+        places.setdefault(str(row["quality"]), []).append(row["coordinate"])
+    centroids: dict[str, list[list[float]]] = {}
+    methods: dict[str, str] = {}
+    for row in kb.ask("qualities"):
+        name = str(row["property"])
+        place = places.get(str(row["quality"])) or [row["centroid"]]
+        centroids.setdefault(name, []).append([float(_number(value)) for value in place])
+        methods[name] = str(row["method"] or "given")
+    return tuple(
+        Qualities(properties[name], np.array(rows), methods[name]) for name, rows in centroids.items()
+    )
+
+
+def read_counts(
+    kb: "KnowledgeBase", qualities: tuple[Qualities, ...], label: str
+) -> Counts:
+    """Return the counts of one class, which may be new, and of all functions."""
+    names = [name for quality in qualities for name in quality.names]
+    owner = np.repeat(np.arange(len(qualities)), [len(quality.names) for quality in qualities])
+    position = {snake_iri(name): at for at, name in enumerate(names)}
+    functions = [n for q in qualities if q.property.kind is Kind.FUNCTIONAL for n in q.names]
+    row_of = {snake_iri(name): at for at, name in enumerate(functions)}
+    concept = class_iri(label)
+    units = [int(_number(row["instances"])) for row in _row(kb, "class", concept)]
+
+    def tables(
+        rows: int, found: Iterable[Mapping[str, Value]], row_number: Mapping[str, int], key: str
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        counts = np.zeros((rows, len(names)), dtype=np.int64)
+        totals = np.zeros((rows, len(qualities)), dtype=np.int64)
+        for row in found:
+            at, column = row_number[str(row[key])], position[str(row["quality"])]
+            counts[at, column] = millionths(_number(row["count"]))
+            totals[at, owner[column]] = millionths(_number(row["total"]))
+        return counts, totals
+
+    mine = [{**row, "class": concept} for row in _row(kb, "class_knowledge", concept)]
+    class_counts, class_totals = tables(1, mine, {concept: 0}, "class")
+    function_counts, function_totals = tables(len(functions), kb.ask("function_models"), row_of, "function")
+    return Counts(
+        qualities,
+        (label,),
+        np.array(units or [0], dtype=np.int64),
+        class_counts,
+        class_totals,
+        function_counts,
+        function_totals,
+    )
+
+
+def _read_instance(
+    kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, ...]
+) -> Measurements | None:
+    """Return what was measured of an instance, exactly as it was; None if it is not known."""
+    iri = name if name.startswith(v.KB) else snake_iri(name)
+    known = _row(kb, "instance", iri)
+    if not known:
+        if not kb.query(f"ASK {{ ?thing {v.HAS_MEASUREMENT} ?measurement }}")[0]["answer"]:
+            raise InputError(f"{kb.location!r} holds classes only: build it with instances to observe or forget one")
+        return None
+    instance, label = str(known[0]["name"]), str(known[0]["className"])
+    properties = {snake_iri(quality.property.name): quality.property for quality in qualities}
+    vectors: dict[tuple[str, str], list[float]] = {}
+    notes: dict[tuple[str, str], tuple[Origin, Source]] = {}
+    for row in _row(kb, "instance_measurements", iri):
+        key = (str(row["property"]), str(row["observation"] or ""))
+        vectors.setdefault(key, []).append(float(_number(row["value"])))
+        credit = Source(str(row["file"] or ""), str(row["sha256"] or ""), str(row["credit"] or ""))
+        notes[key] = (Origin(local_name(str(row["origin"]))), credit)
+    return Measurements.collect(
+        Block(properties[key[0]], [label], [instance], [key[1]], np.array([vector]), *notes[key])
+        for key, vector in vectors.items()
+    )
+
+
+def _replace(
+    kb: "KnowledgeBase",
+    qualities: tuple[Qualities, ...],
+    old: Measurements | None,
+    new: Measurements | None,
+    outdated: Iterable[str] = (),
+) -> None:
+    """Count and write the difference between two states of one instance."""
+    some = new or old
+    assert some is not None
+    for row in _row(kb, "class", class_iri(some.classes[0])):
+        if row["name"] != some.classes[0]:
+            raise InputError(f"class {some.classes[0]!r} would be called like class {row['name']!r}: use that name")
+    before = read_counts(kb, qualities, some.classes[0])
+    after = before
+    remove = list(outdated)
+    add: list[str] = []
+    unit = ObservationUnit(kb.build.unit)
+    if old is not None:
+        units, attribution, counts = _ground(old, qualities, unit)
+        after = after - counts
+        remove += instance_knowledge(old, units, attribution)
+    if new is not None:
+        units, attribution, counts = _ground(new, qualities, unit)
+        after = after + counts
+        add += instance_knowledge(new, units, attribution)
+        add += (line for source in new.sources for line in source_lines(source))
+        _refuse_taken(kb, new, old)
+    theta = exact(kb.build.theta)
+    for lines, counts in ((remove, before), (add, after)):
+        lines += class_knowledge(counts, 0, theta)
+        for row in _changed(before, after):
+            lines += function_knowledge(counts, row, theta)
+    kb.tell(remove, add)
+
+
+def _ground(
+    measurements: Measurements, qualities: tuple[Qualities, ...], kind: ObservationUnit
+) -> tuple[Units, Attribution, Counts]:
+    units = find_units(measurements, kind)
+    attribution = attribute(measurements, qualities, units)
+    return units, attribution, conceptualize(attribution, measurements.classes)
+
+
+def _changed(before: Counts, after: Counts) -> Iterator[int]:
+    for row in range(len(before.functions)):
+        if (before.function_counts[row] != after.function_counts[row]).any() or (
+            before.function_totals[row] != after.function_totals[row]
+        ).any():
+            yield row
+
+
+def _row(kb: "KnowledgeBase", query: str, iri: str) -> Answer:
+    """Answer a stored question about one thing that may not be known yet."""
+    parameter = next(iter(stored_query(query).parameters))
+    return kb.query(stored_query(query).bind(lambda name, _: name, {parameter: iri}))
+
+
+def _refuse_taken(kb: "KnowledgeBase", new: Measurements, old: Measurements | None) -> None:
+    """Raise if the new instance's IRI already names something else."""
+    if old is not None:
+        return
+    iri = snake_iri(str(new.instances[0]))
+    if kb.query(f"ASK {{ <{iri}> ?predicate ?value }}")[0]["answer"]:
+        raise InputError(f"{str(new.instances[0])!r} would be called {local_name(iri)!r}, which is taken: rename it")
+
+
+def _vector(name: str, value: Any) -> NDArray[np.float64]:
+    try:
+        row = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"{name!r} is {value!r}: give a number, or a list of numbers for a vector") from None
+    if row.ndim != 1:
+        raise InputError(f"{name!r} is {value!r}: give one value for one observation")
+    return row[None, :]
+
+
+def _number(value: Value) -> Decimal:
+    if isinstance(value, Decimal | int) and not isinstance(value, bool):
+        return Decimal(value)
+    raise InputError(f"the knowledge base says {value!r} where a number belongs: run `ersatz check`")
+
+

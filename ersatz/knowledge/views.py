@@ -1,0 +1,53 @@
+"""Views: the knowledge base as an rdflib graph and as owlready2 objects."""
+
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyoxigraph as ox
+
+from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.stores import MemoryStore, Store
+from ersatz.resources import ONTOLOGY
+
+if TYPE_CHECKING:
+    import rdflib
+
+
+def rdflib_graph(store: Store, triples: Callable[[], Iterable[ox.Triple]]) -> "rdflib.Graph":
+    """Return a read-only rdflib graph over the triples; a file's is a view, the others' a copy."""
+    import rdflib
+    from rdflib.graph import ReadOnlyGraphAggregate
+
+    if isinstance(store, MemoryStore):
+        from oxrdflib import OxigraphStore
+        from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
+
+        graph = rdflib.Graph(OxigraphStore(store=store.engine), identifier=DATASET_DEFAULT_GRAPH_ID)
+    else:
+        lines = "".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples())
+        graph = rdflib.Graph().parse(data=lines, format="nt")
+    view = ReadOnlyGraphAggregate([graph])
+    for prefix, namespace in v.PREFIXES.items():
+        view.namespace_manager.store.bind(prefix, rdflib.URIRef(namespace))
+    return view
+
+
+def owlready2_ontology(triples: Iterable[ox.Triple]) -> Any:
+    """Return an owlready2 ontology of its own world, with the terms loaded beside the knowledge.
+
+    owlready2 reads N-Triples safely (its RDF/XML reader strips a trailing slash from IRIs) and would
+    fetch imports over the network: the import is loaded first from the package.
+    """
+    import owlready2
+
+    world = owlready2.World()
+    with tempfile.TemporaryDirectory() as folder:
+        terms = ox.parse(path=str(ONTOLOGY / "ersatz.ttl"), format=ox.RdfFormat.TURTLE)
+        for name, iri, quads in (("terms", v.ONTOLOGY.value, terms), ("kb", v.KB_ONTOLOGY.value, triples)):
+            file = Path(folder) / f"{name}.nt"
+            file.write_text("".join(f"{q.subject} {q.predicate} {q.object} .\n" for q in quads), encoding="utf-8")
+            with file.open("rb") as handle:
+                ontology = world.get_ontology(f"{iri}#").load(fileobj=handle)
+    return ontology

@@ -1,0 +1,179 @@
+"""Relevance (paper: O_F' and O_P'): which functions a tool is about, and which qualities they rest on."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.errors import InputError
+from ersatz.knowledge.queries import exact
+from ersatz.measurements import Kind
+from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.similarity import Similarity, above, compare
+
+
+class Combine(StrEnum):
+    """What O_P' is when several functions are relevant; the paper writes it for one."""
+
+    UNION = "union"
+    INTERSECTION = "intersection"
+
+
+@dataclass(frozen=True, slots=True)
+class ReasonerSettings:
+    """How substitutes are found.
+
+    Thresholds are given as str, int, Decimal, Fraction or float (taken by its repr) and kept exactly.
+
+    Attributes
+    ----------
+    representative : Fraction
+        theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
+    tolerance : Fraction
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35.
+    relevance_tolerance : Fraction
+        The same phi for relevant functions; a setting of its own, with the same default.
+    combine : Combine
+    similarity : Similarity
+    above_lowest : bool
+        Leave out the lowest quality of each functional property: it says what an object cannot do.
+    fallback : bool
+        With no relevant function, take O_P' = O_rp, flagged, instead of leaving the answer undetermined.
+    properties : tuple of str or None
+        Reason with these properties only.
+    """
+
+    representative: Fraction = Fraction(35, 100)
+    tolerance: Fraction = Fraction(35, 100)
+    relevance_tolerance: Fraction = Fraction(35, 100)
+    combine: Combine = Combine.UNION
+    similarity: Similarity = Similarity.JACCARD
+    above_lowest: bool = False
+    fallback: bool = False
+    properties: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Make thresholds exact and check their ranges."""
+        for name in ("representative", "tolerance", "relevance_tolerance"):
+            object.__setattr__(self, name, exact(getattr(self, name), name))
+            if not 0 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} is {getattr(self, name)}: thresholds lie between 0 and 1")
+        if self.representative == 0:
+            raise InputError("representative is 0: every quality ever observed would be typical; give more than 0")
+        for name, options in (("combine", Combine), ("similarity", Similarity)):
+            try:
+                object.__setattr__(self, name, options(getattr(self, name)))
+            except ValueError:
+                choice = ", ".join(options)
+                raise InputError(f"{name} {getattr(self, name)!r} is not one of {choice}") from None
+        if self.properties is not None:
+            object.__setattr__(self, "properties", tuple(sorted(self.properties)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Relevance:
+    """What is relevant in a missing tool.
+
+    Attributes
+    ----------
+    physical : (q,) bool array
+        O_P'.
+    functions : tuple of int
+        Rows of the relevant functional qualities O_F' among `Knowledge.functions`.
+    through : (f, q) bool array
+        For each of them the physical qualities it makes relevant, O_rp & f_rp.
+    fallback : bool
+        Whether no function was relevant and O_P' is O_rp.
+    """
+
+    physical: NDArray[np.bool_]
+    functions: tuple[int, ...]
+    through: NDArray[np.bool_]
+    fallback: bool
+
+    @property
+    def determined(self) -> bool:
+        """Whether there is anything to compare candidates with."""
+        return bool(self.functions) or self.fallback
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Index:
+    """The representative models of a knowledge base at one threshold, as bits; made once, used often.
+
+    Attributes
+    ----------
+    bits : (c, q) bool array
+        Representative qualities of every class, physical and functional, of the properties in use.
+    body_mask : (q,) bool array
+        The physical qualities in use.
+    body_bits : (c, q) bool array
+        O_rp of every class.
+    body : (c, w) uint64 array
+        The same, packed.
+    function_bits : (f, q) bool array
+        f_rp.
+    function_body : (f, w) uint64 array
+        f_rp packed.
+    columns : (f,) int64 array
+        Which quality each function is.
+    """
+
+    bits: NDArray[np.bool_]
+    body_mask: NDArray[np.bool_]
+    body_bits: NDArray[np.bool_]
+    body: NDArray[np.uint64]
+    function_bits: NDArray[np.bool_]
+    function_body: NDArray[np.uint64]
+    columns: NDArray[np.int64]
+
+
+def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
+    """Decide and pack what is representative of every class and function."""
+    known = {quality.property for quality in knowledge.qualities}
+    for name in settings.properties or ():
+        if name not in known:
+            raise InputError(f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}")
+    physical = knowledge.mask(Kind.PHYSICAL, settings.properties)
+    functional = knowledge.mask(Kind.FUNCTIONAL, settings.properties)
+    if settings.above_lowest:
+        functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
+    bits = knowledge.classes.representative(settings.representative)
+    function_bits = knowledge.functions.representative(settings.representative) & physical
+    position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
+    return Index(
+        bits & (physical | functional),
+        physical,
+        bits & physical,
+        pack(bits & physical),
+        function_bits,
+        pack(function_bits),
+        np.array([position[iri] for iri in knowledge.functions.iris], dtype=np.int64),
+    )
+
+
+def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:
+    """Return the relevant functional and physical qualities of one class.
+
+    f in O_rf is relevant if J(O_rp, f_rp) > phi; O_P' joins (or intersects) O_rp & f_rp over them.
+    """
+    mine = index.bits[row]
+    functions = np.flatnonzero(mine[index.columns])
+    numerators, denominators = compare(index.body[row], index.function_body[functions])
+    relevant = functions[above(numerators, denominators, settings.relevance_tolerance)]
+    through = index.function_bits[relevant] & mine
+    if len(relevant):
+        join = np.logical_or if settings.combine is Combine.UNION else np.logical_and
+        return Relevance(join.reduce(through), tuple(relevant.tolist()), through, fallback=False)
+    body = index.body_bits[row] if settings.fallback else np.zeros_like(mine)
+    return Relevance(body, (), through, fallback=settings.fallback)
+
+
+def relevance_fractions(index: Index, row: int) -> dict[int, Fraction]:
+    """Return J(O_rp, f_rp) of every representative function of a class, by the function's row."""
+    functions = np.flatnonzero(index.bits[row][index.columns])
+    pairs = zip(functions.tolist(), *compare(index.body[row], index.function_body[functions]), strict=True)
+    return {function: Fraction(int(n), int(d)) for function, n, d in pairs}
+

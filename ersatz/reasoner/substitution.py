@@ -1,0 +1,480 @@
+"""Substitution (paper: Reasoning about a Substitute): which of the available things will do."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from decimal import ROUND_HALF_EVEN, Decimal
+from enum import StrEnum
+from fractions import Fraction
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.errors import InputError
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.models import Candidate, SubstitutionModel
+from ersatz.knowledge.substitutions import load_substitution, remember, remembered, substitution_iri
+from ersatz.knowledge.terms import plain
+from ersatz.reasoner.explanation import Comparison, Counterfactual, Evidence, counterfactual, evidence, sentence
+from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
+from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.similarity import above, compare
+
+
+class Status(StrEnum):
+    """Whether the tool has a relevant function to judge candidates by."""
+
+    OK = "ok"
+    UNDETERMINED = "undetermined"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Substitute:
+    """One candidate and how it compares with the missing tool.
+
+    Attributes
+    ----------
+    name, iri : str
+    kind : {"class", "instance"}
+    similarity : float in [0, 1]
+    fraction : Fraction
+        The same, exact.
+    accepted : bool
+        Whether it stands in: similarity > tolerance.
+    flags : tuple of str
+        "undetermined": no function of the tool is relevant; "fallback": compared with all that is
+        typical of the tool; "unknown": nothing is typical of the candidate; "same_class": it is an
+        instance of the missing tool's class.
+    """
+
+    name: str
+    iri: str
+    kind: str
+    similarity: float
+    fraction: Fraction
+    accepted: bool
+    flags: tuple[str, ...]
+    comparison: Comparison = field(repr=False)
+
+    @property
+    def shared(self) -> tuple[Evidence, ...]:
+        """Relevant qualities it has, with the counts behind them."""
+        return evidence(self.comparison, self.comparison.relevant & self.comparison.candidate)
+
+    @property
+    def lacking(self) -> tuple[Evidence, ...]:
+        """Relevant qualities it lacks."""
+        return evidence(self.comparison, self.comparison.relevant & ~self.comparison.candidate)
+
+    @property
+    def extra(self) -> tuple[Evidence, ...]:
+        """Its typical qualities that are not relevant in the tool."""
+        return evidence(self.comparison, self.comparison.candidate & ~self.comparison.relevant)
+
+    def counterfactual(self) -> Counterfactual:
+        """Return the smallest changes that would turn the decision."""
+        return counterfactual(self.comparison, self.fraction, accepted=self.accepted)
+
+    def explain(self) -> str:
+        """Return in words what speaks for it, what against, and what would turn the decision."""
+        return sentence(self.name, self.similarity, self.shared, self.lacking, self.comparison, self.counterfactual())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything about it in JSON's types."""
+        ratio = self.fraction
+        return {
+            "name": self.name,
+            "iri": self.iri,
+            "kind": self.kind,
+            "similarity": round(self.similarity, 6),
+            "similarity_fraction": [ratio.numerator, ratio.denominator],
+            "accepted": self.accepted,
+            "flags": list(self.flags),
+            "shared": [one.to_json() for one in self.shared],
+            "lacking": [one.to_json() for one in self.lacking],
+            "extra": [one.to_json() for one in self.extra],
+            "counterfactual": self.counterfactual().to_json(),
+            "explanation": self.explain(),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """What may stand in: classes, and perceived instances with what they hold.
+
+    Attributes
+    ----------
+    names, iris : sequences of n str
+        Where all classes are candidates, the tool is among them; it is left out when they are ranked.
+    bits : (n, q) bool array
+        O_rp of a class; the physical qualities an instance holds.
+    packed : (n, w) uint64 array
+        The same, packed.
+    rows : (n,) int64 array
+        Row of the class among `Knowledge.classes`; -1 for an instance.
+    same_class : (n,) bool array
+        Whether it is an instance of the missing tool's class.
+    """
+
+    names: Sequence[str]
+    iris: Sequence[str]
+    bits: NDArray[np.bool_]
+    packed: NDArray[np.uint64]
+    rows: NDArray[np.int64]
+    same_class: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ranking(Sequence[Substitute]):
+    """The answer: candidates by similarity, then name; each is worked out when it is looked at.
+
+    Attributes
+    ----------
+    missing, iri : str
+        Name and IRI of the missing tool.
+    status : Status
+    settings : ReasonerSettings
+    revision : str
+        State of knowledge it was computed from.
+    reused : bool
+        Whether it was remembered.
+    """
+
+    missing: str
+    iri: str
+    status: Status
+    settings: ReasonerSettings
+    revision: str
+    reused: bool
+    knowledge: Knowledge = field(repr=False)
+    relevance: Relevance = field(repr=False)
+    candidates: Candidates = field(repr=False)
+    order: NDArray[np.int64] = field(repr=False)
+    numerators: NDArray[np.int64] = field(repr=False)
+    denominators: NDArray[np.int64] = field(repr=False)
+    accepted: NDArray[np.bool_] = field(repr=False)
+
+    @property
+    def relevant_physical(self) -> tuple[str, ...]:
+        """O_P': names of the relevant physical qualities."""
+        return tuple(self.knowledge.qualities[at].name for at in np.flatnonzero(self.relevance.physical))
+
+    @property
+    def relevant_functional(self) -> tuple[str, ...]:
+        """O_F': names of the relevant functional qualities."""
+        return tuple(self.knowledge.functions.names[at] for at in self.relevance.functions)
+
+    def __len__(self) -> int:
+        """Return the number of candidates ranked."""
+        return len(self.order)
+
+    def __iter__(self) -> Iterator[Substitute]:
+        """Yield the candidates, best first."""
+        return (self[at] for at in range(len(self)))
+
+    @overload
+    def __getitem__(self, at: int) -> Substitute: ...
+    @overload
+    def __getitem__(self, at: slice) -> Sequence[Substitute]: ...
+    def __getitem__(self, at: int | slice) -> Substitute | Sequence[Substitute]:
+        """Return one candidate, or some."""
+        if isinstance(at, slice):
+            return [self[one] for one in range(*at.indices(len(self)))]
+        row = int(self.order[at])
+        ratio = Fraction(int(self.numerators[row]), int(self.denominators[row]))
+        known = self.candidates
+        bits = known.bits[row]
+        flags = (
+            (self.status is Status.UNDETERMINED, "undetermined"),
+            (self.relevance.fallback, "fallback"),
+            (not bits.any(), "unknown"),
+            (bool(known.same_class[row]), "same_class"),
+        )
+        comparison = Comparison(
+            self.knowledge,
+            self.settings,
+            self.knowledge.row_of_class[self.iri],
+            self.relevance,
+            bits,
+            int(known.rows[row]),
+        )
+        return Substitute(
+            known.names[row],
+            known.iris[row],
+            "class" if known.rows[row] >= 0 else "instance",
+            float(ratio),
+            ratio,
+            bool(self.accepted[row]),
+            tuple(flag for holds, flag in flags if holds),
+            comparison,
+        )
+
+    def model(self) -> SubstitutionModel:
+        """Return the answer as the substitution model <O_P', O_F', substitutes, non-substitutes>."""
+        names = [quality.name for quality in self.knowledge.qualities]
+        relevant, rows = self.relevance.physical, self.candidates.bits
+
+        def named(bits: NDArray[np.bool_]) -> tuple[str, ...]:
+            return tuple(sorted(names[at] for at in np.flatnonzero(bits)))
+
+        found = (
+            Candidate(
+                self.candidates.iris[row],
+                _rounded(int(self.numerators[row]), int(self.denominators[row])),
+                bool(self.accepted[row]),
+                named(relevant & rows[row]),
+                named(relevant & ~rows[row]),
+                named(rows[row] & ~relevant),
+            )
+            for row in self.order.tolist()
+        )
+        settings = settings_json(self.settings)
+        return SubstitutionModel(
+            substitution_iri(self.iri, settings, self.revision),
+            self.iri,
+            settings,
+            self.settings.representative,
+            self.settings.relevance_tolerance,
+            self.settings.tolerance,
+            self.revision,
+            tuple(sorted(self.relevant_physical)),
+            tuple(sorted(self.relevant_functional)),
+            tuple(sorted(found, key=lambda candidate: candidate.iri)),
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the answer in JSON's types; the layout is stable."""
+        return {
+            "version": 1,
+            "missing": self.missing,
+            "iri": self.iri,
+            "status": str(self.status),
+            "settings": json.loads(settings_json(self.settings)),
+            "revision": self.revision,
+            "reused": self.reused,
+            "relevant_functional": list(self.relevant_functional),
+            "relevant_physical": list(self.relevant_physical),
+            "substitutes": [substitute.to_json() for substitute in self],
+        }
+
+
+def rank_substitutes(
+    kb: KnowledgeBase,
+    missing: str,
+    available: Sequence[str] | None = None,
+    *,
+    instances: Sequence[str] = (),
+    settings: ReasonerSettings | None = None,
+    remember: bool = False,
+    top: int | None = None,
+) -> Ranking:
+    """Rank the available things by how well they stand in for a missing tool (paper: Reasoner).
+
+    Parameters
+    ----------
+    kb : KnowledgeBase
+    missing : str
+        The missing tool's class; it is never its own substitute.
+    available : sequence of str, optional
+        Classes at hand; without it, and without instances, all classes.
+    instances : sequence of str
+        Perceived instances at hand; judged by what they hold rather than by what is typical.
+    settings : ReasonerSettings, optional
+    remember : bool
+        Write the answer into the knowledge base; asked again, it is looked up until knowledge changes.
+    top : int, optional
+        Rank only so many.
+
+    Raises
+    ------
+    UnknownNameError
+        If the knowledge base does not know a name; the nearest is offered.
+    InputError
+        If nothing is available.
+    """
+    settings = settings or ReasonerSettings()
+    known = kb.view(load_knowledge)
+    tool = _class_row(kb, known, missing)
+    index = _index(kb, settings)
+    candidates = _candidates(kb, known, index, tool, available, instances)
+    iri = known.classes.iris[tool]
+    model = _recall(kb, settings, iri, candidates)
+    if model is None:
+        found = relevance(index, tool, settings)
+    else:
+        found, candidates = _recalled(known, index, model, candidates)
+    ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
+    if remember and model is None and ranking.status is Status.OK:
+        _remember(kb, ranking)
+    return ranking
+
+
+def settings_json(settings: ReasonerSettings) -> str:
+    """Return the settings as canonical JSON; thresholds as exact decimal or fraction text."""
+    return json.dumps(
+        {
+            "representative": _number(settings.representative),
+            "tolerance": _number(settings.tolerance),
+            "relevance_tolerance": _number(settings.relevance_tolerance),
+            "combine": str(settings.combine),
+            "similarity": str(settings.similarity),
+            "above_lowest": settings.above_lowest,
+            "fallback": settings.fallback,
+            "properties": list(settings.properties) if settings.properties is not None else None,
+        },
+        sort_keys=True,
+    )
+
+
+def _class_row(kb: KnowledgeBase, known: Knowledge, name: str) -> int:
+    row = known.row_of_name.get(name)
+    return known.row_of_class[kb.resolve(name, "class")] if row is None else row
+
+
+def _indices(_: KnowledgeBase) -> dict[ReasonerSettings, Index]:
+    return {}
+
+
+def _index(kb: KnowledgeBase, settings: ReasonerSettings) -> Index:
+    """Return the packed representative models at these settings, kept until knowledge changes."""
+    indices = kb.view(_indices)
+    if settings not in indices:
+        indices[settings] = build_index(kb.view(load_knowledge), settings)
+    return indices[settings]
+
+
+def _candidates(
+    kb: KnowledgeBase,
+    known: Knowledge,
+    index: Index,
+    tool: int,
+    available: Sequence[str] | None,
+    instances: Sequence[str],
+) -> Candidates:
+    if isinstance(available, str) or isinstance(instances, str):
+        raise InputError("available and instances take lists of names, not one string")
+    if available is None and not instances:
+        everything = np.arange(len(known.classes.iris))
+        if len(everything) == 1:
+            raise InputError(f"{known.classes.names[tool]!r} is the only class known: there is nothing to choose from")
+        return Candidates(
+            known.classes.names, known.classes.iris, index.body_bits, index.body, everything, everything < 0
+        )
+    named = {_class_row(kb, known, name) for name in available or ()}
+    rows = np.array(sorted(named - {tool}), dtype=np.int64)
+    if not len(rows) and not instances:
+        raise InputError(f"nothing is available but {known.classes.names[tool]!r} itself: name other things")
+    names = [known.classes.names[row] for row in rows.tolist()]
+    iris = [known.classes.iris[row] for row in rows.tolist()]
+    bits, packed = index.body_bits[rows], index.body[rows]
+    same = np.zeros(len(rows), dtype=bool)
+    if instances:
+        extra = [_instance(kb, known, index, name) for name in dict.fromkeys(instances)]
+        names += [one[0] for one in extra]
+        iris += [one[1] for one in extra]
+        same = np.concatenate([same, [one[2] == known.classes.iris[tool] for one in extra]])
+        bits = np.vstack([bits, *(one[3] for one in extra)])
+        packed = pack(bits)
+        rows = np.concatenate([rows, np.full(len(extra), -1)])
+    return Candidates(names, iris, bits, packed, rows, same)
+
+
+def _instance(
+    kb: KnowledgeBase, known: Knowledge, index: Index, name: str
+) -> tuple[str, str, str, NDArray[np.bool_]]:
+    """Return name, IRI, class and physical qualities of a perceived instance."""
+    iri = kb.resolve(name, "instance")
+    held = kb.ask("instance_qualities", instances=[iri])
+    column = {quality.iri: at for at, quality in enumerate(known.qualities)}
+    bits = np.zeros(len(known.qualities), dtype=bool)
+    bits[[column[str(row["quality"])] for row in held]] = True
+    row = kb.ask("instance", instance=iri)[0]
+    return str(row["name"]), iri, str(row["class"]), bits & index.body_mask
+
+
+def _rank(
+    kb: KnowledgeBase,
+    known: Knowledge,
+    iri: str,
+    settings: ReasonerSettings,
+    found: Relevance,
+    candidates: Candidates,
+    top: int | None,
+    *,
+    reused: bool,
+) -> Ranking:
+    numerators, denominators = compare(pack(found.physical), candidates.packed, settings.similarity)
+    similarity = numerators / denominators
+    chosen = np.flatnonzero(candidates.rows != known.row_of_class[iri])
+    if top is not None and top < len(chosen):
+        least = -np.partition(-similarity[chosen], top - 1)[top - 1]
+        chosen = chosen[similarity[chosen] >= least]
+    names = [candidates.names[row] for row in chosen.tolist()]
+    ordered = sorted(range(len(names)), key=lambda at: (-similarity[chosen[at]], names[at]))
+    return Ranking(
+        known.classes.names[known.row_of_class[iri]],
+        iri,
+        Status.OK if found.determined else Status.UNDETERMINED,
+        settings,
+        kb.revision,
+        reused,
+        known,
+        found,
+        candidates,
+        chosen[ordered][:top],
+        numerators,
+        denominators,
+        above(numerators, denominators, settings.tolerance) & found.determined,
+    )
+
+
+def _recall(
+    kb: KnowledgeBase, settings: ReasonerSettings, iri: str, candidates: Candidates
+) -> SubstitutionModel | None:
+    """Return the remembered answer, if there is one that covers the candidates."""
+    up_to_date = kb.view(remembered)
+    if not up_to_date:
+        return None
+    name = substitution_iri(iri, settings_json(settings), kb.revision)
+    if name not in up_to_date:
+        return None
+    model = load_substitution(kb, name)
+    return model if set(candidates.iris) <= {candidate.iri for candidate in model.candidates} else None
+
+
+def _recalled(
+    known: Knowledge, index: Index, model: SubstitutionModel, candidates: Candidates
+) -> tuple[Relevance, Candidates]:
+    """Return relevance and candidates as the remembered answer has them."""
+    column = {quality.name: at for at, quality in enumerate(known.qualities)}
+
+    def bits(names: Sequence[str]) -> NDArray[np.bool_]:
+        row = np.zeros(len(column), dtype=bool)
+        row[[column[name] for name in names]] = True
+        return row
+
+    of = {candidate.iri: candidate for candidate in model.candidates}
+    rows = np.array([bits((*of[iri].shared, *of[iri].extra)) for iri in candidates.iris])
+    functions = tuple(known.functions.names.index(name) for name in model.relevant_functional)
+    physical = bits(model.relevant_physical)
+    through = index.function_bits[list(functions)] & physical
+    found = Relevance(physical, functions, through, fallback=not functions)
+    same = candidates.same_class
+    return found, Candidates(candidates.names, candidates.iris, rows, pack(rows), candidates.rows, same)
+
+
+def _remember(kb: KnowledgeBase, ranking: Ranking) -> None:
+    remember(kb, ranking.model())
+
+
+def _rounded(numerator: int, denominator: int) -> Decimal:
+    exact = Decimal(numerator) / Decimal(denominator)
+    return exact.quantize(Decimal("0.000001"), ROUND_HALF_EVEN)
+
+
+def _number(value: Fraction) -> str:
+    as_float = float(value)
+    return plain(as_float) if Fraction(plain(as_float)) == value else str(value)
+
+
