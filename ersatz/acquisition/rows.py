@@ -1,0 +1,187 @@
+"""What the rows of a sheet are about, and the checks both table layouts share."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.acquisition.sheets import Sheet
+from ersatz.acquisition.units import factor, scale
+from ersatz.errors import InputError, nearest
+from ersatz.measurements import ORIGINS, PROPERTIES, Block, Origin, Property, Strings
+
+IDS: Final = ("object_class", "instance", "observation", "origin")
+
+Values: TypeAlias = tuple[Property, NDArray[np.int64], NDArray[np.float64]]
+"""A property, the (n,) rows its values come from, and the (n, d) values in its unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """What each of the n rows of a sheet is about: whom, when, by whom.
+
+    Attributes
+    ----------
+    sheet : Sheet
+    object_class, instance, observation : (n,) arrays of str
+    key : (n,) int64 array
+        Equal where instance and observation are.
+    origin : (n,) int8 array
+        Indices into ORIGINS.
+    """
+
+    sheet: Sheet
+    object_class: Strings
+    instance: Strings
+    observation: Strings
+    key: NDArray[np.int64]
+    origin: NDArray[np.int8]
+
+    def twice(self, name: str, one: int, two: int) -> InputError:
+        """Return the error that row `two` gives a property again that row `one` has given."""
+        return self.sheet.error(
+            two,
+            "instance",
+            f"has {name!r} of observation {str(self.observation[two])!r} already in {self.sheet.where(one)}: "
+            "give every repetition an observation name of its own",
+        )
+
+    def blocks(self, prop: Property, at: NDArray[np.int64], values: NDArray[np.float64]) -> Iterator[Block]:
+        """Yield the values of one property, those of one origin a block."""
+        origins = self.origin[at]
+        for origin in np.unique(origins):
+            mine = np.flatnonzero(origins == origin)
+            row = at[mine]
+            yield Block(
+                prop,
+                self.object_class[row],
+                self.instance[row],
+                self.observation[row],
+                values[mine],
+                ORIGINS[origin],
+                self.sheet.source,
+            )
+
+
+def read_rows(sheet: Sheet) -> Rows:
+    """Read the columns object_class, instance, observation and origin.
+
+    Raises
+    ------
+    InputError
+        If a class or instance has no name, an instance has two classes, or an origin is unknown.
+    """
+    for name in IDS[:2]:
+        _check_named(sheet, name)
+    classes, class_code = sheet.strings("object_class")
+    instances, instance_code = sheet.strings("instance")
+    seen, seen_code = sheet.strings("observation", optional=True)
+    first = np.full(len(instances), len(sheet), dtype=np.int64)
+    np.minimum.at(first, instance_code, np.arange(len(sheet)))
+    strays = np.flatnonzero(class_code[first[instance_code]] != class_code)
+    if len(strays):
+        row = int(strays[0])
+        before = int(first[instance_code[row]])
+        raise sheet.error(
+            row,
+            "object_class",
+            f"is the class of {str(instances[instance_code[row]])!r}; in {sheet.where(before)} it is "
+            f"{str(classes[class_code[before]])!r}: give two objects different names",
+        )
+    return Rows(
+        sheet,
+        classes[class_code],
+        instances[instance_code],
+        seen[seen_code],
+        instance_code * len(seen) + seen_code,
+        _origins(sheet),
+    )
+
+
+def _check_named(sheet: Sheet, name: str) -> None:
+    if name not in sheet.columns:
+        near = nearest(name, sheet.columns, most=1)
+        hint = f"rename {near[0]!r}" if near else f"it has {', '.join(map(repr, sheet.columns))}"
+        raise InputError(f"{sheet.source.name!r} has no column {name!r}: {hint}")
+    empty = np.flatnonzero((sheet.texts(name) == "").to_numpy())
+    if len(empty):
+        raise sheet.error(int(empty[0]), name, "is no name: every row needs an object class and an instance")
+
+
+def _origins(sheet: Sheet) -> NDArray[np.int8]:
+    """Return (n,) indices into ORIGINS; an empty cell is `machine`."""
+    names, codes = sheet.strings("origin", optional=True)
+    indices = np.zeros(len(names), dtype=np.int8)
+    for code, name in enumerate(map(str, names)):
+        if name and name not in ORIGINS:
+            raise sheet.error(int(np.argmax(codes == code)), "origin", f"must be one of {', '.join(ORIGINS)}")
+        indices[code] = ORIGINS.index(Origin(name or Origin.MACHINE))
+    return indices[codes]
+
+
+def unit_factor(prop: Property, unit: str, where: str) -> Fraction:
+    """Return what to multiply numbers in `unit` by; an empty unit is the property's own.
+
+    Raises
+    ------
+    InputError
+        If the unit is no plain multiple of the property's.
+    """
+    by = factor(unit or prop.unit, prop.unit)
+    if by is None:
+        raise InputError(
+            f"{where}: {unit!r} is no multiple of {prop.unit!r}, the unit of {prop.name!r}: "
+            f"convert the values to {prop.unit}"
+        )
+    return by
+
+
+def in_unit(
+    sheet: Sheet,
+    prop: Property,
+    column: str,
+    *,
+    at: NDArray[np.int64],
+    numbers: NDArray[np.float64],
+    by: Fraction,
+) -> NDArray[np.float64]:
+    """Return (k,) numbers of the (k,) rows `at` in the property's unit.
+
+    Raises
+    ------
+    InputError
+        If one is out of the range of a property ERSATZ knows itself: all of those are non-negative, and the
+        dimensionless ones are shares of something.
+    """
+    scaled = scale(numbers, by)
+    if PROPERTIES.get(prop.name) == prop:
+        top = 1.0 if prop.unit == "1" else np.inf
+        wrong = np.flatnonzero((scaled < 0) | (scaled > top))
+        if len(wrong):
+            allowed = "between 0 and 1" if top == 1 else "0 or more"
+            raise sheet.error(
+                int(at[wrong[0]]),
+                column,
+                f"is out of range: {prop.label} is {allowed}; correct the value or its unit",
+            )
+    return scaled
+
+
+def offer(name: str, known: Iterable[str], what: str = "property") -> str:
+    """Return what to say of an unknown name: the nearest known ones, or all of them."""
+    known = sorted(known)
+    stem = name.partition(".")[0].partition("(")[0].strip()
+    near = nearest(name, known) or nearest(stem, known)
+    if near:
+        return f"did you mean {' or '.join(map(repr, near))}?"
+    return f"no {what} has a similar name; known are {', '.join(known)}"
+
+
+def no_component(prop: Property) -> str:
+    """Return what to say of a component the property does not have."""
+    if not prop.components:
+        return f"is no component: {prop.name!r} is one number, without components"
+    return f"names no component of {prop.name!r}: it has {', '.join(prop.components)}"
