@@ -68,9 +68,10 @@ def turtle(triples: Iterable[ox.Triple | ox.Quad]) -> Iterator[str]:
         previous = ""
         for predicate, value in pairs:
             if predicate == previous:
-                yield f" ,\n        {_short(value)}"
+                yield f" , {_short(value)}" if predicate == _TYPE else f" ,\n        {_short(value)}"
             else:
-                yield f"{' ;' if previous else ''}\n    {_verb(predicate)} {_short(value)}"
+                yield " a" if predicate == _TYPE else f"{' ;' if previous else ''}\n    {_short(predicate)}"
+                yield f" {_short(value)}"
                 previous = predicate
         yield " .\n"
 
@@ -120,11 +121,7 @@ def _parts(subject: str) -> list[str]:
 
 
 def _pair_order(pair: tuple[str, str]) -> tuple[int, str, str]:
-    return _FIRST.get(pair[0], 3), pair[0], pair[1]
-
-
-def _verb(predicate: str) -> str:
-    return "a" if predicate == _TYPE else _short(predicate)
+    return _FIRST.get(pair[0], 3), pair[0], pair[1].rstrip(">")
 
 
 def _short(term: str) -> str:

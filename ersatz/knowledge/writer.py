@@ -307,7 +307,7 @@ def _coordinates(owner: str, prop: Property, values: Sequence[float]) -> Iterato
     for component, value in zip(prop.components, values, strict=True):
         subject = iri(f"{owner}-{snake_name(component)}")
         yield f"{iri(owner)} {v.HAS_COORDINATE} {subject} .\n"
-        yield from _individual(subject, v.COORDINATE_CLASS, f"{component} = {plain(value)}")
+        yield from _individual(subject, v.COORDINATE_CLASS, f"{component} = {value:.4g}")
         yield f"{subject} {v.ON_AXIS} {_axis(prop, component)} .\n"
         yield f"{subject} {v.COORDINATE} {decimal(value)} .\n"
 
@@ -398,7 +398,7 @@ def _observed_iri(node: str, observation: str) -> str:
 def _measurement(instance: str, node: str, prop: Property, value: Sequence[float], note: str) -> Iterator[str]:
     subject = iri(node)
     unit = "" if prop.unit == "1" else f" {prop.unit}"
-    shown = " x ".join(plain(component) for component in value)
+    shown = " x ".join(f"{component:.4g}" for component in value)
     yield f"{iri(instance)} {v.HAS_MEASUREMENT} {subject} .\n"
     yield from _individual(
         subject, v.MEASUREMENT, f"{prop.label} = {shown}{unit}{f' ({note})' if note else ''}"
