@@ -18,8 +18,8 @@
     blockage = { family = "silhouette", fill = 1, reason = "..." }
 
 Families and their parameters are those of `distributions`, and "silhouette", which derives blockage from
-the drawn weight and size. `low` and `high` may be left out where the property has natural limits. A class may have
-its own `correlations` and a `note`; a property its own `noise`.
+the drawn weight and size. `low` and `high` may be left out where the property has natural limits. A class may
+have its own `correlations` and a `note`; a property its own `noise`.
 """
 
 import math
