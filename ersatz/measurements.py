@@ -275,7 +275,9 @@ class Measurements:
         """
         blocks = [block for block in blocks if len(block.values)]
         if not blocks:
-            raise InputError("no measurements: the input holds no value at all; give a table with at least one row")
+            raise InputError(
+                "no measurements: the input holds no value at all; give a table with at least one row"
+            )
         strings = np.dtypes.StringDType()
         classes_of = [np.asarray(block.object_class, dtype=strings) for block in blocks]
         names_of = [np.asarray(block.instance, dtype=strings) for block in blocks]
@@ -285,7 +287,9 @@ class Measurements:
         observations, seen_code = np.unique(np.concatenate(seen_of), return_inverse=True)
         if classes[0] == "" or names[0] == "":
             raise InputError("empty name: every row needs an object class and an instance")
-        sources = tuple(sorted({block.source for block in blocks}, key=lambda s: (s.name, s.sha256, s.credit)))
+        sources = tuple(
+            sorted({block.source for block in blocks}, key=lambda s: (s.name, s.sha256, s.credit))
+        )
 
         class_of_name = np.empty(len(names), dtype=np.int32)
         class_of_name[name_code] = class_code
@@ -323,7 +327,9 @@ class Measurements:
         labels = np.asarray(self.classes, dtype=np.dtypes.StringDType())
         seen = np.asarray(self.observations, dtype=np.dtypes.StringDType())
         for column in self.columns:
-            for origin, source in sorted(set(zip(column.origin.tolist(), column.source.tolist(), strict=True))):
+            for origin, source in sorted(
+                set(zip(column.origin.tolist(), column.source.tolist(), strict=True))
+            ):
                 rows = (column.origin == origin) & (column.source == source)
                 instance = column.instance[rows]
                 yield Block(
@@ -348,7 +354,9 @@ def _column(
     prop = parts[0][0].property
     for block, _ in parts:
         if block.property != prop:
-            raise InputError(f"property {prop.name!r} comes with two definitions: {prop} and {block.property}")
+            raise InputError(
+                f"property {prop.name!r} comes with two definitions: {prop} and {block.property}"
+            )
     values = np.concatenate([_checked(block) for block, _ in parts])
     instance = np.concatenate([instance_code[rows] for _, rows in parts]).astype(np.int32)
     observation = np.concatenate([seen_code[rows] for _, rows in parts]).astype(np.int32)

@@ -1,0 +1,314 @@
+"""What is wrong with a knowledge base, found by queries, shapes and a reasoner, and how to mend it.
+
+Every query of `sparql/checks/` finds one kind of fault and is named after it; the OWL 2 DL and RL
+profiles are among them (`owl_*`). Core SHACL looks at single nodes, HermiT at contradictions.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import pyoxigraph as ox
+
+from ersatz.errors import InputError, KnowledgeBaseError, MissingDependencyError
+
+CORE: Final = "https://w3id.org/ersatz"
+"""The IRI of the ontology; that of a knowledge base is `CORE + "/kb"`."""
+
+HERMIT_SECONDS: Final = 600
+"""How long HermiT may think before it is stopped."""
+
+_IMPORTS: Final = ox.NamedNode("http://www.w3.org/2002/07/owl#imports")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Finding:
+    """One fault: what is wrong where, by which rule, and what to do about it.
+
+    Attributes
+    ----------
+    rule : str
+        The stem of the query in `sparql/checks/`; `shape_<name>` for a SHACL shape; `syntax`, `inconsistent`.
+    entity : str
+        The IRI at fault; the name of the file for `syntax`.
+    message : str
+        What should be, and what is.
+    mend : str
+        What to do.
+    """
+
+    rule: str
+    entity: str
+    message: str
+    mend: str
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What was looked for and what was found.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+        Sorted by rule and entity; empty if all is well.
+    ran : tuple of str
+        The rules that were tried.
+    skipped : tuple of str
+        What could not be tried, and why: an optional package or Java is missing.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    ran: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing was found."""
+        return not self.findings
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report as `ersatz check --json` prints it."""
+        findings = [asdict(finding) for finding in self.findings]
+        return {
+            "version": 1,
+            "ok": self.ok,
+            "findings": findings,
+            "ran": [*self.ran],
+            "skipped": [*self.skipped],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One query that must return nothing.
+
+    Attributes
+    ----------
+    rule : str
+        The stem of its file.
+    summary, description, mend : str
+        What must be, why, and what to do if it is not.
+    query : str
+        SPARQL 1.1 SELECT of ?entity and ?detail, over a knowledge base together with the ontology.
+    """
+
+    rule: str
+    summary: str
+    description: str
+    mend: str
+    query: str = field(repr=False)
+
+    def run(self, store: ox.Store) -> Iterator[Finding]:
+        """Yield what the query finds."""
+        for row in _select(store, self.query):
+            yield Finding(
+                self.rule, _name(row["entity"]), f"{self.summary} Here: {_name(row['detail'])}", self.mend
+            )
+
+
+def check(knowledge: ox.Store, reason: bool = False, rules: Iterable[str] | None = None) -> Report:
+    """Look for everything that can be wrong with a knowledge base.
+
+    Parameters
+    ----------
+    knowledge : pyoxigraph.Store
+        The knowledge base, with or without the ontology it imports; it is not changed.
+    reason : bool
+        Also ask HermiT for contradictions; needs Java.
+    rules : iterable of str, optional
+        Only these queries; default all, and the shapes.
+
+    Returns
+    -------
+    Report
+    """
+    store = with_ontology(knowledge)
+    wanted = None if rules is None else set(rules)
+    chosen = [each for each in checks() if wanted is None or each.rule in wanted]
+    findings = {finding for each in chosen for finding in each.run(store)}
+    ran = [each.rule for each in chosen]
+    skipped = []
+    further = [("shapes", shapes)] * (wanted is None) + [("inconsistent", contradictions)] * reason
+    for name, look in further:
+        try:
+            findings.update(look(store))
+            ran.append(name)
+        except MissingDependencyError as error:
+            skipped.append(f"{name}: {error}")
+    return Report(tuple(sorted(findings)), tuple(ran), tuple(skipped))
+
+
+def check_file(path: Path, reason: bool = False) -> Report:
+    """Read a file and look for everything that can be wrong with it, its syntax first.
+
+    Raises
+    ------
+    KnowledgeBaseError
+        If there is no such file.
+    """
+    store = ox.Store()
+    try:
+        read_into(store, path)
+    except InputError as error:
+        return Report(
+            (Finding("syntax", path.name, str(error), "Correct the file at the place named."),), ("syntax",)
+        )
+    found = check(store, reason)
+    return Report(found.findings, ("syntax", *found.ran), found.skipped)
+
+
+@cache
+def checks() -> tuple[Check, ...]:
+    """Return the queries of `sparql/checks/`, by name."""
+    return tuple(_parse(file) for file in sorted((shipped("sparql") / "checks").glob("*.rq")))
+
+
+def _parse(file: Path) -> Check:
+    text = file.read_text(encoding="utf-8")
+    head = dict(re.findall(r"^#\+ (\w+): (.*)$", text, re.MULTILINE))
+    return Check(file.stem, head["summary"], head["description"], head["mend"], text)
+
+
+def shapes(store: ox.Store) -> Iterator[Finding]:
+    """Yield the nodes that do not conform to `ontology/shapes/`.
+
+    Raises
+    ------
+    MissingDependencyError
+        If pyshacl is not installed.
+    """
+    if find_spec("pyshacl") is None:
+        raise MissingDependencyError("pyshacl is not installed: pip install 'ersatz[check]'")
+    import pyshacl
+    import rdflib
+
+    data = rdflib.Graph().parse(
+        data=ox.serialize(_triples(store), format=ox.RdfFormat.N_TRIPLES), format="nt"
+    )
+    shape_graph = rdflib.Graph().parse(shipped("ontology") / "shapes" / "ersatz.shacl.ttl")
+    _, report, _ = pyshacl.validate(data, shacl_graph=shape_graph, inference="none")
+    named = {node: shape for shape in shape_graph.subjects(rdflib.RDF.type, rdflib.SH.NodeShape)
+             for node in (shape, *shape_graph.objects(shape, rdflib.SH.property))}  # fmt: skip
+    for result in report.subjects(rdflib.RDF.type, rdflib.SH.ValidationResult):
+        shape = named.get(report.value(result, rdflib.SH.sourceShape))
+        should = str(report.value(result, rdflib.SH.resultMessage))
+        value = report.value(result, rdflib.SH.value)
+        entity = str(report.value(result, rdflib.SH.focusNode))
+        here = "missing or too many" if value is None else str(value)
+        rule = "shape_" + str(shape).rpartition("#")[2]
+        yield Finding(rule, entity, f"Shape: {should}. Here: {here}", f"Change the node so that {should}.")
+
+
+def contradictions(store: ox.Store) -> Iterator[Finding]:
+    """Yield a finding if HermiT proves that the knowledge base contradicts itself.
+
+    Raises
+    ------
+    MissingDependencyError
+        If Java is not installed.
+    KnowledgeBaseError
+        If HermiT refuses the knowledge base or takes longer than `HERMIT_SECONDS`.
+    """
+    said = _hermit(store)
+    if "not satisfiable" in said or "nconsistent" in said:
+        yield Finding(
+            "inconsistent",
+            CORE + "/kb",
+            "The knowledge base does not contradict itself. Here: HermiT derives a contradiction",
+            "Open it in Protégé, start HermiT and ask for an explanation; often two disjoint things are one.",
+        )
+
+
+def _hermit(store: ox.Store) -> str:
+    java = shutil.which("java")
+    if java is None:
+        raise MissingDependencyError("no Java found: install a JRE, such as Debian's default-jre-headless")
+    spec = find_spec("owlready2")
+    assert spec is not None
+    assert spec.origin is not None
+    home = Path(spec.origin).parent / "hermit"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "knowledge.nt"
+        kept = (triple for triple in _triples(store) if triple.predicate != _IMPORTS)
+        ox.serialize(kept, str(file), format=ox.RdfFormat.N_TRIPLES)
+        paths = os.pathsep.join((str(home), str(home / "HermiT.jar")))
+        command = [
+            java,
+            "-Xmx2000M",
+            "-cp",
+            paths,
+            "org.semanticweb.HermiT.cli.CommandLine",
+            "-k",
+            file.as_uri(),
+        ]
+        try:
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=HERMIT_SECONDS, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise KnowledgeBaseError(
+                f"HermiT was stopped after {HERMIT_SECONDS} s without an answer"
+            ) from None
+    said = done.stdout + done.stderr
+    if not re.search(r"satisfiable|nconsistent", said):
+        raise KnowledgeBaseError(f"HermiT refuses the knowledge base: {said.strip().splitlines()[-1:]}")
+    return said
+
+
+def with_ontology(knowledge: ox.Store) -> ox.Store:
+    """Return a copy in memory, all in the default graph, together with the ontology itself."""
+    store = ox.Store()
+    store.bulk_extend(ox.Quad(t.subject, t.predicate, t.object) for t in _triples(knowledge))
+    read_into(store, shipped("ontology") / "ersatz.ttl")
+    return store
+
+
+def read_into(store: ox.Store, path: Path) -> None:
+    """Read an RDF file in the format its name says.
+
+    Raises
+    ------
+    KnowledgeBaseError
+        If there is no such file.
+    InputError
+        If its name says no format we read, or its content is not in that format.
+    """
+    kind = ox.RdfFormat.from_extension(path.suffix.removeprefix(".").replace("owl", "rdf"))
+    if kind is None:
+        raise InputError(f"{path.name!r} says no RDF format: use .ttl, .nt, .owl, .rdf or .jsonld")
+    try:
+        # The base makes relative IRIs of foreign files harmless; ours have none.
+        store.bulk_load(path=str(path), format=kind, base_iri="https://example.org/")
+    except SyntaxError as error:
+        raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
+    except OSError as error:
+        raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
+
+
+def shipped(folder: str) -> Path:
+    """Return a folder that is shipped: inside the package in a wheel, beside it in a clone."""
+    package = Path(__file__).resolve().parent.parent
+    inside = package / folder
+    return inside if inside.is_dir() else package.parent / folder
+
+
+def _triples(store: ox.Store) -> Iterator[ox.Triple]:
+    return (quad.triple for quad in store)
+
+
+def _select(store: ox.Store, query: str) -> ox.QuerySolutions:
+    rows = store.query(query)
+    assert isinstance(rows, ox.QuerySolutions)
+    return rows
+
+
+def _name(term: Any) -> str:
+    return str(term) if term is None or isinstance(term, ox.BlankNode) else str(term.value)
