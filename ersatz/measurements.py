@@ -298,8 +298,8 @@ class Measurements:
             row = strays[0]
             one, two = sorted((str(classes[class_code[row]]), str(classes[class_of_name[name_code[row]]])))
             raise InputError(
-                f"instance {str(names[name_code[row]])!r} is said to be of class {one!r} and of class {two!r}: "
-                "an instance has one class; give the two objects different names"
+                f"instance {str(names[name_code[row]])!r} is said to be of class {one!r} and "
+                f"of class {two!r}: an instance has one class; give the two objects different names"
             )
         order = np.lexsort((np.arange(len(names)), class_of_name))
         position = np.empty(len(names), dtype=np.int32)

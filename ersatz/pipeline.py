@@ -102,7 +102,9 @@ def build(
     measurements = acquire(blocks, tables, rocs, expert, settings.expert_seed)
     units = find_units(measurements, settings.unit)
     qualities = [
-        learn_qualities(unit_values(column, units, measurements)[1], column.property, settings.subcategorization)
+        learn_qualities(
+            unit_values(column, units, measurements)[1], column.property, settings.subcategorization
+        )
         for column in measurements.columns
     ]
     attribution = attribute(measurements, qualities, units)

@@ -51,7 +51,8 @@ def attribute(measurements: Measurements, qualities: Sequence[Qualities], units:
             if column.property.components != quality.property.components:
                 raise InputError(
                     f"property {column.property.name!r} was measured with components "
-                    f"{list(column.property.components)}, but its qualities have {list(quality.property.components)}"
+                    f"{list(column.property.components)}, but its qualities have "
+                    f"{list(quality.property.components)}"
                 )
             rows, values = unit_values(column, units, measurements)
             labels[rows] = quality.assign(values)

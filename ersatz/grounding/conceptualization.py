@@ -74,7 +74,9 @@ class Counts:
             not np.array_equal(a.centroids, b.centroids)
             for a, b in zip(self.qualities, other.qualities, strict=True)
         ):
-            raise InputError("counts of different qualities cannot be added: ground both with the same cut points")
+            raise InputError(
+                "counts of different qualities cannot be added: ground both with the same cut points"
+            )
         classes = tuple(sorted({*self.classes, *other.classes}))
         one, two = self._spread(classes), other._spread(classes)
         return Counts(
@@ -121,7 +123,9 @@ def conceptualize(attribution: Attribution, classes: tuple[str, ...]) -> Counts:
     unit_class, held, qualities = attribution.unit_class, attribution.held, attribution.qualities
     present = [_present(h) for h in held]
     physical = [q.property.kind is Kind.PHYSICAL for q in qualities]
-    class_counts = [_count(unit_class, len(classes), h, len(q.names)) for h, q in zip(held, qualities, strict=True)]
+    class_counts = [
+        _count(unit_class, len(classes), h, len(q.names)) for h, q in zip(held, qualities, strict=True)
+    ]
     class_totals = [np.bincount(unit_class[p], minlength=len(classes)) * DEGREE for p in present]
     function_counts, function_totals = [], []
     for f, quality in enumerate(qualities):
@@ -152,7 +156,7 @@ def conceptualize(attribution: Attribution, classes: tuple[str, ...]) -> Counts:
 
 
 def _present(held: NDArray[np.int8] | NDArray[np.int64]) -> NDArray[np.bool_]:
-    return held >= 0 if held.ndim == 1 else held.any(axis=1)
+    return held >= 0 if held.ndim == 1 else np.any(held, axis=1)
 
 
 def _count(

@@ -4,6 +4,8 @@ The values of a property are clustered into eta qualities, `size_1` to `size_4`.
 are all that is kept: a new value takes the quality of the nearest centroid, without a refit.
 """
 
+import builtins
+import itertools
 import warnings
 from dataclasses import dataclass
 from decimal import Decimal
@@ -46,7 +48,9 @@ class SubcategorizationSettings:
     def __post_init__(self) -> None:
         """Refuse counts below one."""
         if self.clusters < 1 or self.restarts < 1:
-            raise InputError(f"clusters and restarts must be 1 or more, not {self.clusters} and {self.restarts}")
+            raise InputError(
+                f"clusters and restarts must be 1 or more, not {self.clusters} and {self.restarts}"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,18 +70,18 @@ class Qualities:
     centroids: NDArray[np.float64]
     method: str = "given"
 
-    @property
+    @builtins.property
     def names(self) -> tuple[str, ...]:
         """The qualities' names, lowest rank first."""
         return tuple(f"{self.property.name}_{rank}" for rank in range(1, len(self.centroids) + 1))
 
-    @property
+    @builtins.property
     def bounds(self) -> tuple[Decimal, ...]:
-        """The k - 1 cut points of a 1-D property, exact midpoints of the centroids; () in several dimensions."""
+        """The k - 1 cut points of a 1-D property, exact midpoints of the centroids; () if not 1-D."""
         if self.centroids.shape[1] != 1:
             return ()
         exact = [Decimal(repr(float(c))) for c in self.centroids[:, 0]]
-        return tuple((low + high) / 2 for low, high in zip(exact, exact[1:], strict=False))
+        return tuple((low + high) / 2 for low, high in itertools.pairwise(exact))
 
     def assign(self, values: NDArray[np.float64]) -> NDArray[np.int8]:
         """Return the index (rank - 1) of each value's nearest centroid, ties to the lower rank.
@@ -126,7 +130,8 @@ def learn_qualities(
     k = min(settings.clusters, len(distinct))
     if k < settings.clusters:
         warnings.warn(
-            f"{prop.name!r} has {len(distinct)} distinct value(s): {k} instead of {settings.clusters} qualities",
+            f"{prop.name!r} has {len(distinct)} distinct value(s): "
+            f"{k} instead of {settings.clusters} qualities",
             ErsatzWarning,
             stacklevel=2,
         )
@@ -148,7 +153,7 @@ def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tup
     cuts = _best_cuts(binned, heavy, k)
     if method == "histogram":
         cuts = np.append(starts, len(x))[cuts]
-    centroids = np.round([_mean(x[a:b], weights[a:b]) for a, b in zip(cuts, cuts[1:], strict=False)], DIGITS)
+    centroids = np.round([_mean(x[a:b], weights[a:b]) for a, b in itertools.pairwise(cuts)], DIGITS)
     return centroids[:, None] + 0.0, method
 
 
@@ -165,7 +170,8 @@ def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> 
     wxx = np.concatenate([[0.0], np.cumsum(weights * centred**2)])
 
     def cost(i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.float64]:
-        return (wxx[j] - wxx[i]) - (wx[j] - wx[i]) ** 2 / (w[j] - w[i])
+        inertia: NDArray[np.float64] = (wxx[j] - wxx[i]) - (wx[j] - wx[i]) ** 2 / (w[j] - w[i])
+        return inertia
 
     best = np.full(n + 1, np.inf)
     best[1:] = cost(np.zeros(n, np.int64), np.arange(1, n + 1))
@@ -227,7 +233,8 @@ def _fit_space(
 
 def _nearest(values: NDArray[np.float64], centroids: NDArray[np.float64]) -> NDArray[np.int8]:
     distance = np.stack([((values - centroid) ** 2).sum(axis=1) for centroid in centroids], axis=1)
-    return distance.argmin(axis=1).astype(np.int8)
+    nearest: NDArray[np.int8] = distance.argmin(axis=1).astype(np.int8)
+    return nearest
 
 
 def _mean(x: NDArray[np.float64], weights: NDArray[np.int64]) -> float:

@@ -73,7 +73,8 @@ class KnowledgeBase:
         rows = self.ask("build")
         if not rows:
             raise KnowledgeBaseError(
-                f"{store.location!r} holds no ERSATZ knowledge base: it has no build record; make one with `ersatz build`"
+                f"{store.location!r} holds no ERSATZ knowledge base, for it has no build record: "
+                "make one with `ersatz build`"
             )
         if rows[0]["format"] != v.FORMAT_VERSION:
             raise KnowledgeBaseError(
@@ -81,7 +82,9 @@ class KnowledgeBase:
                 "build it again with this version"
             )
         row = rows[0]
-        self.build: Final = Build(*(str(row[name] or "") for name in ("unit", "theta", "settings", "software")))
+        self.build: Final = Build(
+            *(str(row[name] or "") for name in ("unit", "theta", "settings", "software"))
+        )
         self.revision = str(row["revision"])
 
     @classmethod
@@ -108,7 +111,9 @@ class KnowledgeBase:
         if path.is_dir():
             if is_directory_store(path):
                 return cls(DirectoryStore(path))
-            raise KnowledgeBaseError(f"{name!r} is a directory, but no knowledge base: name one made by `ersatz build`")
+            raise KnowledgeBaseError(
+                f"{name!r} is a directory, but no knowledge base: name one made by `ersatz build`"
+            )
         if not path.exists() and format_of(path) is None:
             raise KnowledgeBaseError(
                 f"there is no knowledge base {name!r}: give {' or '.join(map(repr, SHIPPED))}, a file "
@@ -237,7 +242,9 @@ class KnowledgeBase:
             return [local_name(str(row["quality"])) for row in self.ask("qualities")]
         if kind == "instance":
             return [str(row["name"]) for row in self.ask("all_instances")]
-        return [name for one in ("class", "property", "quality", "instance") for name in self.known_names(one)]
+        return [
+            name for one in ("class", "property", "quality", "instance") for name in self.known_names(one)
+        ]
 
     def tell(self, remove: Iterable[str], add: Iterable[str]) -> None:
         """Replace triples, given as lines of N-Triples, and the revision with them, at once.
@@ -317,7 +324,9 @@ class KnowledgeBase:
         models = [load_substitution(self, iri) for iri in known]
         fitting = [model for model in models if settings in (None, model.settings)]
         if len(fitting) > 1:
-            raise InputError(f"{len(fitting)} answers are remembered for {missing!r}: say under which settings")
+            raise InputError(
+                f"{len(fitting)} answers are remembered for {missing!r}: say under which settings"
+            )
         return fitting[0] if fitting else None
 
     def save(self, path: str | Path | None = None) -> None:
@@ -332,7 +341,9 @@ class KnowledgeBase:
             return  # a directory or an endpoint changed when it was told
         target = Path(path if path is not None else self.location)
         if target.parent == ONTOLOGY and target.stem in SHIPPED and path is None:
-            raise InputError(f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}")
+            raise InputError(
+                f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}"
+            )
         write(self.triples(), target)
 
     @property
@@ -358,7 +369,9 @@ class KnowledgeBase:
         found: dict[str, set[str]] = {}
         values = " ".join(str(ox.NamedNode(guess)) for guess in guesses if _valid(guess))
         if values:
-            for row in self.query(f"SELECT ?thing ?type WHERE {{ VALUES ?thing {{ {values} }} ?thing a ?type }}"):
+            for row in self.query(
+                f"SELECT ?thing ?type WHERE {{ VALUES ?thing {{ {values} }} ?thing a ?type }}"
+            ):
                 found.setdefault(str(row["thing"]), set()).add(str(row["type"]))
         if not found:
             for row in self.ask("lookup", name=name):

@@ -1,5 +1,6 @@
 """The nouns of the knowledge base: memberships, class and function models, substitution models."""
 
+import builtins
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -31,7 +32,7 @@ class Entry:
     count: int
     total: int
 
-    @property
+    @builtins.property
     def proportion(self) -> Fraction:
         """The exact degree: m of class knowledge, d of a function model."""
         return Fraction(self.count, self.total)

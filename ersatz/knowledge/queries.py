@@ -136,7 +136,7 @@ class Answer(Sequence[Mapping[str, Value]]):
 
 @cache
 def stored_query(name: str) -> Query:
-    """Return a question of `sparql/` by its name, such as "representative_qualities" or "checks/missing_label".
+    """Return a question of `sparql/` by its name, such as "classes" or "checks/missing_label".
 
     Raises
     ------

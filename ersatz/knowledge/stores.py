@@ -76,7 +76,7 @@ class MemoryStore:
         known = format_of(path)
         if known is None:
             raise InputError(
-                f"{path.name!r} is no RDF file by its name: use one of {', '.join(FORMATS)}, each also with .gz"
+                f"{path.name!r} is no RDF file by its name: use {', '.join(FORMATS)}, each also with .gz"
             )
         format_, packed = known
         engine = ox.Store()
@@ -124,7 +124,9 @@ class DirectoryStore:
     def create(cls, path: Path, chunks: Iterable[bytes]) -> None:
         """Write a new directory knowledge base from N-Triples; replace an older one only when complete."""
         if path.exists() and not is_directory_store(path) and any(path.iterdir()):
-            raise KnowledgeBaseError(f"{str(path)!r} is a directory, but no knowledge base: choose another name")
+            raise KnowledgeBaseError(
+                f"{str(path)!r} is a directory, but no knowledge base: choose another name"
+            )
         fresh = path.with_name(f".{path.name}.new-{os.getpid()}")
         shutil.rmtree(fresh, ignore_errors=True)
         (fresh / "snapshots").mkdir(parents=True)
@@ -168,7 +170,7 @@ class DirectoryStore:
             except OSError as error:
                 if "lock" in str(error).lower():
                     raise LockedError(
-                        f"{self.location!r} is being written by another process: try again when it has finished"
+                        f"{self.location!r} is being written by another process: try again later"
                     ) from None
                 raise KnowledgeBaseError(f"cannot write to {self.location!r}: {_line(error)}") from None
         return self._writer
@@ -183,7 +185,9 @@ class DirectoryStore:
             except FileNotFoundError:
                 continue  # the snapshot was retired between reading its name and opening it
             except (OSError, UnicodeDecodeError) as error:
-                raise KnowledgeBaseError(f"{self.location!r} is damaged: {_line(error)}; build it again") from None
+                raise KnowledgeBaseError(
+                    f"{self.location!r} is damaged: {_line(error)}; build it again"
+                ) from None
         raise KnowledgeBaseError(f"{self.location!r} holds no complete knowledge base: build it again")
 
 
@@ -233,7 +237,7 @@ class RemoteStore:
     def _post(self, url: str, form: dict[str, str], accept: str) -> tuple[bytes, str]:
         headers = {"Accept": accept, "Content-Type": "application/x-www-form-urlencoded; charset=utf-8"}
         try:
-            request = Request(url, urlencode(form).encode(), headers)  # noqa: S310 - http(s) only, see above
+            request = Request(url, urlencode(form).encode(), headers)
             with urlopen(request, timeout=self._timeout) as answer:
                 return answer.read(), answer.headers.get_content_type()
         except HTTPError as error:

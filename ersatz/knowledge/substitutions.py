@@ -70,7 +70,9 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "physical"),
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "functional"),
         tuple(
-            Candidate(key, *decisions[key], *(tuple(sorted(parts[key][p])) for p in ("shared", "lacking", "extra")))
+            Candidate(
+                key, *decisions[key], *(tuple(sorted(parts[key][p])) for p in ("shared", "lacking", "extra"))
+            )
             for key in sorted(decisions)
         ),
     )
@@ -137,4 +139,3 @@ def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
 def _decimal(value: object) -> Decimal:
     assert isinstance(value, Decimal | int), value
     return Decimal(value)
-

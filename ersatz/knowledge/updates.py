@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.grounding.attribution import Attribution, attribute
-from ersatz.grounding.conceptualization import DEGREE, Counts, conceptualize
+from ersatz.grounding.conceptualization import Counts, conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge import vocabulary as v
@@ -44,11 +44,11 @@ def observe(
     blocks = []
     for name, value in values.items():
         if name not in properties:
-            raise InputError(f"property {name!r} has no qualities here: known are {', '.join(sorted(properties))}")
+            raise InputError(
+                f"property {name!r} has no qualities here: known are {', '.join(sorted(properties))}"
+            )
         row = _vector(name, value)
-        blocks.append(
-            Block(properties[name], [object_class], [instance], [observation], row, origin, source)
-        )
+        blocks.append(Block(properties[name], [object_class], [instance], [observation], row, origin, source))
     old = _read_instance(kb, instance, qualities)
     new = Measurements.collect([*(old.blocks() if old else ()), *blocks])
     _replace(kb, qualities, old, new)
@@ -94,9 +94,7 @@ def read_qualities(kb: "KnowledgeBase") -> tuple[Qualities, ...]:
     )
 
 
-def read_counts(
-    kb: "KnowledgeBase", qualities: tuple[Qualities, ...], label: str
-) -> Counts:
+def read_counts(kb: "KnowledgeBase", qualities: tuple[Qualities, ...], label: str) -> Counts:
     """Return the counts of one class, which may be new, and of all functions."""
     names = [name for quality in qualities for name in quality.names]
     owner = np.repeat(np.arange(len(qualities)), [len(quality.names) for quality in qualities])
@@ -131,15 +129,15 @@ def read_counts(
     )
 
 
-def _read_instance(
-    kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, ...]
-) -> Measurements | None:
+def _read_instance(kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, ...]) -> Measurements | None:
     """Return what was measured of an instance, exactly as it was; None if it is not known."""
     iri = name if name.startswith(v.KB) else snake_iri(name)
     known = _row(kb, "instance", iri)
     if not known:
         if not kb.query(f"ASK {{ ?thing {v.HAS_MEASUREMENT} ?measurement }}")[0]["answer"]:
-            raise InputError(f"{kb.location!r} holds classes only: build it with instances to observe or forget one")
+            raise InputError(
+                f"{kb.location!r} holds classes only: build it with instances to observe or forget one"
+            )
         return None
     instance, label = str(known[0]["name"]), str(known[0]["className"])
     properties = {snake_iri(quality.property.name): quality.property for quality in qualities}
@@ -168,7 +166,9 @@ def _replace(
     assert some is not None
     for row in _row(kb, "class", class_iri(some.classes[0])):
         if row["name"] != some.classes[0]:
-            raise InputError(f"class {some.classes[0]!r} would be called like class {row['name']!r}: use that name")
+            raise InputError(
+                f"class {some.classes[0]!r} would be called like class {row['name']!r}: use that name"
+            )
     before = read_counts(kb, qualities, some.classes[0])
     after = before
     remove = list(outdated)
@@ -186,9 +186,9 @@ def _replace(
         _refuse_taken(kb, new, old)
     theta = exact(kb.build.theta)
     for lines, counts in ((remove, before), (add, after)):
-        lines += class_knowledge(counts, 0, theta)
-        for row in _changed(before, after):
-            lines += function_knowledge(counts, row, theta)
+        lines.extend(class_knowledge(counts, 0, theta))
+        for function in _changed(before, after):
+            lines.extend(function_knowledge(counts, function, theta))
     kb.tell(remove, add)
 
 
@@ -220,7 +220,9 @@ def _refuse_taken(kb: "KnowledgeBase", new: Measurements, old: Measurements | No
         return
     iri = snake_iri(str(new.instances[0]))
     if kb.query(f"ASK {{ <{iri}> ?predicate ?value }}")[0]["answer"]:
-        raise InputError(f"{str(new.instances[0])!r} would be called {local_name(iri)!r}, which is taken: rename it")
+        raise InputError(
+            f"{str(new.instances[0])!r} would be called {local_name(iri)!r}, which is taken: rename it"
+        )
 
 
 def _vector(name: str, value: Any) -> NDArray[np.float64]:
@@ -237,5 +239,3 @@ def _number(value: Value) -> Decimal:
     if isinstance(value, Decimal | int) and not isinstance(value, bool):
         return Decimal(value)
     raise InputError(f"the knowledge base says {value!r} where a number belongs: run `ersatz check`")
-
-

@@ -47,7 +47,9 @@ def owlready2_ontology(triples: Iterable[ox.Triple]) -> Any:
         terms = ox.parse(path=str(ONTOLOGY / "ersatz.ttl"), format=ox.RdfFormat.TURTLE)
         for name, iri, quads in (("terms", v.ONTOLOGY.value, terms), ("kb", v.KB_ONTOLOGY.value, triples)):
             file = Path(folder) / f"{name}.nt"
-            file.write_text("".join(f"{q.subject} {q.predicate} {q.object} .\n" for q in quads), encoding="utf-8")
+            file.write_text(
+                "".join(f"{q.subject} {q.predicate} {q.object} .\n" for q in quads), encoding="utf-8"
+            )
             with file.open("rb") as handle:
                 ontology = world.get_ontology(f"{iri}#").load(fileobj=handle)
     return ontology

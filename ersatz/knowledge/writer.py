@@ -26,7 +26,6 @@ from ersatz.knowledge.terms import (
     finite,
     integer,
     iri,
-    plain,
     proportion_text,
     text,
 )
@@ -127,7 +126,9 @@ def instance_knowledge(measurements: Measurements, units: Units, attribution: At
     for instance, label in zip(
         measurements.instances.tolist(), measurements.instance_class.tolist(), strict=True
     ):
-        yield from _individual(iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance)
+        yield from _individual(
+            iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance
+        )
     columns = {column.property.name: column for column in measurements.columns}
     for quality, held in zip(attribution.qualities, attribution.held, strict=True):
         column = columns.get(quality.property.name)
@@ -395,7 +396,9 @@ def _observed_iri(node: str, observation: str) -> str:
     return f"{node}__{snake_name(observation).lstrip('_')}"
 
 
-def _measurement(instance: str, node: str, prop: Property, value: Sequence[float], note: str) -> Iterator[str]:
+def _measurement(
+    instance: str, node: str, prop: Property, value: Sequence[float], note: str
+) -> Iterator[str]:
     subject = iri(node)
     unit = "" if prop.unit == "1" else f" {prop.unit}"
     shown = " x ".join(f"{component:.4g}" for component in value)
@@ -418,7 +421,10 @@ def _named(measurements: Measurements, counts: Counts, *, classes_only: bool) ->
         prop = quality.property
         yield snake_iri(prop.name), f"property {prop.name!r}"
         for component in prop.components:
-            yield f"{snake_iri(prop.name)}-{snake_name(component)}", f"component {component!r} of {prop.name!r}"
+            yield (
+                f"{snake_iri(prop.name)}-{snake_name(component)}",
+                f"component {component!r} of {prop.name!r}",
+            )
         for name in quality.names:
             yield snake_iri(name), f"quality {name!r}"
     if not classes_only:
@@ -427,4 +433,3 @@ def _named(measurements: Measurements, counts: Counts, *, classes_only: bool) ->
         for observation in measurements.observations:
             if observation:
                 yield f"observation {snake_name(observation)}", f"observation {observation!r}"
-

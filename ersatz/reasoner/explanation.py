@@ -116,7 +116,7 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
     known, tool, row = comparison.knowledge, comparison.tool, comparison.row
     functions = [known.functions.names[at] for at in comparison.relevance.functions]
     found = []
-    for at in np.flatnonzero(chosen):
+    for at in np.flatnonzero(chosen).tolist():
         quality = known.qualities[at]
         count, total = (
             (int(known.classes.counts[row, at]), _total(known, known.classes, row, at))
@@ -132,7 +132,11 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
                 _total(known, known.classes, tool, at),
                 count,
                 total,
-                tuple(f for f, through in zip(functions, comparison.relevance.through, strict=True) if through[at]),
+                tuple(
+                    f
+                    for f, through in zip(functions, comparison.relevance.through, strict=True)
+                    if through[at]
+                ),
             )
         )
     return tuple(found)
@@ -257,7 +261,10 @@ def _nearest_theta(comparison: Comparison, *, accepted: bool) -> tuple[str, Frac
     steps = sorted(set(_proportions(comparison)))
     lower = [(theta - step, "at most", step, step) for step in steps if step < theta]
     edges = [theta, *(step for step in steps if step >= theta)]
-    upper = [(low - theta, "above", low, high) for low, high in zip(edges[1:], [*edges[2:], Fraction(1)], strict=True)]
+    upper = [
+        (low - theta, "above", low, high)
+        for low, high in zip(edges[1:], [*edges[2:], Fraction(1)], strict=True)
+    ]
     for _, side, threshold, tried in sorted(lower + upper, key=lambda step: (step[0], step[1])):
         if tried > 0 and (side == "at most" or tried > threshold) and _decide(comparison, tried) != accepted:
             return side, threshold
@@ -296,7 +303,9 @@ def _proportions(comparison: Comparison) -> Iterator[Fraction]:
     for table, chosen in ((known.classes, rows), (known.functions, range(len(known.functions.iris)))):
         for row in chosen:
             seen = np.flatnonzero(table.counts[row])
-            for count, total in zip(table.counts[row, seen].tolist(), table.totals[row, seen].tolist(), strict=True):
+            for count, total in zip(
+                table.counts[row, seen].tolist(), table.totals[row, seen].tolist(), strict=True
+            ):
                 yield Fraction(count, total)
 
 

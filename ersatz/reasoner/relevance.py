@@ -61,7 +61,9 @@ class ReasonerSettings:
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} is {getattr(self, name)}: thresholds lie between 0 and 1")
         if self.representative == 0:
-            raise InputError("representative is 0: every quality ever observed would be typical; give more than 0")
+            raise InputError(
+                "representative is 0: every quality ever observed would be typical; give more than 0"
+            )
         for name, options in (("combine", Combine), ("similarity", Similarity)):
             try:
                 object.__setattr__(self, name, options(getattr(self, name)))
@@ -135,7 +137,9 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
     known = {quality.property for quality in knowledge.qualities}
     for name in settings.properties or ():
         if name not in known:
-            raise InputError(f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}")
+            raise InputError(
+                f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
+            )
     physical = knowledge.mask(Kind.PHYSICAL, settings.properties)
     functional = knowledge.mask(Kind.FUNCTIONAL, settings.properties)
     if settings.above_lowest:
@@ -176,4 +180,3 @@ def relevance_fractions(index: Index, row: int) -> dict[int, Fraction]:
     functions = np.flatnonzero(index.bits[row][index.columns])
     pairs = zip(functions.tolist(), *compare(index.body[row], index.function_body[functions]), strict=True)
     return {function: Fraction(int(n), int(d)) for function, n, d in pairs}
-

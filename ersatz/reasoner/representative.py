@@ -80,7 +80,8 @@ class Knowledge:
     def mask(self, kind: Kind, properties: Sequence[str] | None = None) -> NDArray[np.bool_]:
         """Return (q,): which qualities are of the kind, and of the given properties."""
         return np.array(
-            [q.kind is kind and (properties is None or q.property in properties) for q in self.qualities], dtype=bool
+            [q.kind is kind and (properties is None or q.property in properties) for q in self.qualities],
+            dtype=bool,
         )
 
 
@@ -109,7 +110,10 @@ def load_knowledge(kb: KnowledgeBase) -> Knowledge:
         tuple(qualities),
         _memberships(tuple(map(str, iris)), tuple(map(str, names)), column, kb.ask("memberships").rows),
         _memberships(
-            tuple(q.iri for q in functions), tuple(q.name for q in functions), column, kb.ask("function_models").rows
+            tuple(q.iri for q in functions),
+            tuple(q.name for q in functions),
+            column,
+            kb.ask("function_models").rows,
         ),
         np.array(units, dtype=np.int64),
         {str(iri): at for at, iri in enumerate(iris)},
@@ -145,7 +149,9 @@ def function_model(kb: KnowledgeBase, name: str) -> FunctionModel:
     """
     known = kb.view(load_knowledge)
     row = known.functions.iris.index(kb.resolve(name, "quality"))
-    return FunctionModel(known.functions.names[row], known.functions.iris[row], _entries(known, known.functions, row))
+    return FunctionModel(
+        known.functions.names[row], known.functions.iris[row], _entries(known, known.functions, row)
+    )
 
 
 def at_least(counts: NDArray[np.int64], totals: NDArray[np.int64], theta: Fraction) -> NDArray[np.bool_]:
@@ -188,7 +194,9 @@ def _decimal(value: Value) -> Decimal:
 
 def _entries(known: Knowledge, concepts: Memberships, row: int) -> tuple[Entry, ...]:
     return tuple(
-        Entry(q.name, q.property, q.kind, q.rank, int(concepts.counts[row, at]), int(concepts.totals[row, at]))
+        Entry(
+            q.name, q.property, q.kind, q.rank, int(concepts.counts[row, at]), int(concepts.totals[row, at])
+        )
         for at, q in enumerate(known.qualities)
         if concepts.counts[row, at]
     )

@@ -59,13 +59,15 @@ def above(
     a, b = tolerance.denominator, tolerance.numerator
     if a.bit_length() > 48:
         return np.array(
-            [Fraction(int(n), int(d)) > tolerance for n, d in zip(numerators, denominators, strict=True)], dtype=bool
+            [Fraction(int(n), int(d)) > tolerance for n, d in zip(numerators, denominators, strict=True)],
+            dtype=bool,
         )
     return numerators * a > denominators * b
 
 
 def _size(sets: NDArray[np.uint64]) -> NDArray[np.int64]:
     counted = np.bitwise_count(sets)
-    if sets.shape[-1] == 1:
-        return counted[..., 0].astype(np.int64)
-    return counted.sum(axis=-1, dtype=np.int64)
+    size: NDArray[np.int64] = (
+        counted[..., 0].astype(np.int64) if sets.shape[-1] == 1 else counted.sum(axis=-1, dtype=np.int64)
+    )
+    return size

@@ -16,7 +16,14 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remember, remembered, substitution_iri
 from ersatz.knowledge.terms import plain
-from ersatz.reasoner.explanation import Comparison, Counterfactual, Evidence, counterfactual, evidence, sentence
+from ersatz.reasoner.explanation import (
+    Comparison,
+    Counterfactual,
+    Evidence,
+    counterfactual,
+    evidence,
+    sentence,
+)
 from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.similarity import above, compare
@@ -78,7 +85,9 @@ class Substitute:
 
     def explain(self) -> str:
         """Return in words what speaks for it, what against, and what would turn the decision."""
-        return sentence(self.name, self.similarity, self.shared, self.lacking, self.comparison, self.counterfactual())
+        return sentence(
+            self.name, self.similarity, self.shared, self.lacking, self.comparison, self.counterfactual()
+        )
 
     def to_json(self) -> dict[str, Any]:
         """Return everything about it in JSON's types."""
@@ -357,7 +366,9 @@ def _candidates(
     if available is None and not instances:
         everything = np.arange(len(known.classes.iris))
         if len(everything) == 1:
-            raise InputError(f"{known.classes.names[tool]!r} is the only class known: there is nothing to choose from")
+            raise InputError(
+                f"{known.classes.names[tool]!r} is the only class known: there is nothing to choose from"
+            )
         return Candidates(
             known.classes.names, known.classes.iris, index.body_bits, index.body, everything, everything < 0
         )
@@ -476,5 +487,3 @@ def _rounded(numerator: int, denominator: int) -> Decimal:
 def _number(value: Fraction) -> str:
     as_float = float(value)
     return plain(as_float) if Fraction(plain(as_float)) == value else str(value)
-
-
