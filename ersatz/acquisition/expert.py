@@ -15,11 +15,13 @@
     scans = 6
     weight = { family = "lognormal", median = 600, spread = 1.4, unit = "g", reason = "..." }
     size = { family = "normal", mean = [0.42, 0.30, 0.02], sd = [0.05, 0.04, 0.005], reason = "..." }
+    support = { family = "beta", mean = 0.8, sd = 0.05, of = "footprint", reason = "..." }
     blockage = { family = "silhouette", fill = 1, reason = "..." }
 
 Families and their parameters are those of `distributions`, and "silhouette", which derives blockage from
-the drawn weight and size. `low` and `high` may be left out where the property has natural limits. A class may
-have its own `correlations` and a `note`; a property its own `noise`.
+the drawn weight and size. With `of = "footprint"` (length x width) or `of = "box"` (length x width x height)
+a distribution is of a share of the drawn size. `low` and `high` may be left out where the property has
+natural limits. A class may have its own `correlations` and a `note`; a property its own `noise`.
 """
 
 import math
@@ -35,6 +37,7 @@ import numpy as np
 from ersatz.acquisition.distributions import PURE, Distribution, make, parameters
 from ersatz.acquisition.files import read_toml
 from ersatz.acquisition.judgements import (
+    EXTENTS,
     Correlations,
     Expert,
     ExpertClass,
@@ -54,7 +57,7 @@ __all__ = ["Expert", "ExpertClass", "read_expert"]
 FORMAT: Final = 1
 KEYS: Final = ("format", "origin", "credit", "noise", "correlations", "classes")
 CLASS_KEYS: Final = ("instances", "scans", "note", "correlations")
-COMMON: Final = ("family", "unit", "reason", "noise")
+COMMON: Final = ("family", "unit", "reason", "noise", "of")
 SILHOUETTE: Final = "silhouette"
 
 _SHARE: Final = re.compile(r"(\d+(?:\.\d+)?) ?%\Z")
@@ -121,9 +124,11 @@ def _class(name: str, classes: Mapping[str, Any], context: _Context) -> ExpertCl
         raise InputError(f"{where} has no property: add one, like weight = {{ family = 'normal', ... }}")
     given = {judgement.property.name for judgement in judgements}
     for judgement in judgements:
-        if isinstance(judgement.distributions, Silhouette) and not {"weight", "size"} <= given:
+        needed = ["weight", "size"] if isinstance(judgement.distributions, Silhouette) else []
+        needed = ["size"] if judgement.of else needed
+        if lacking := [name for name in needed if name not in given]:
             raise InputError(
-                f"{where}: {judgement.property.name} of family 'silhouette' needs weight and size"
+                f"{where}: {judgement.property.name} follows from {' and '.join(needed)}: give {lacking[0]}, too"
             )
     drawn = [scalar for judgement in judgements for scalar in judgement.scalars()]
     own = _correlations(_table(table, "correlations", where), context.known, where)
@@ -133,13 +138,15 @@ def _class(name: str, classes: Mapping[str, Any], context: _Context) -> ExpertCl
                 raise InputError(
                     f"{where}: the correlation of {scalar!r} has no effect: it is not drawn; delete it"
                 )
-    # A class's own word comes later, and so replaces the file's.
+    # A share follows its object's size by itself; a class's own word comes later, and replaces the file's.
+    shares = {judgement.property.name for judgement in judgements if judgement.of}
+    general = tuple(pair for pair in context.correlations if not shares.intersection(pair[:2]))
     return ExpertClass(
         name,
         _instances(table, name, where),
         _count(table, "scans", where),
         judgements,
-        _consistent(drawn, (*context.correlations, *own), where),
+        _consistent(drawn, (*general, *own), where),
         _text(table, "note", where),
     )
 
@@ -172,9 +179,27 @@ def _judgement(name: str, table: Any, context: _Context, where: str) -> Judgemen
         _check_keys(table, (*parameters(family), *COMMON), where)
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
+    if "of" in table:
+        return _share(prop, family, table, noise, where)
     by = unit_factor(prop, _text(table, "unit", where), where)
     parts = [_component(prop, family, table, position, by, where) for position in range(prop.dimensions)]
     return Judgement(prop, tuple(parts), noise, reason)
+
+
+def _share(prop: Property, family: str, table: Mapping[str, Any], noise: Noise, where: str) -> Judgement:
+    """Return a judgement of a share of the object's size, such as support = 0.9 of its footprint."""
+    of = table["of"]
+    if of not in EXTENTS or EXTENTS[of][0] != prop.unit or prop.components:
+        raise InputError(
+            f"{where}: of = {of!r} must be 'footprint', of an area in m2, or 'box', of a volume in l"
+        )
+    if "unit" in table:
+        raise InputError(f"{where}: a share of the {of} has no unit: delete the unit")
+    share = Property(prop.name, prop.kind)
+    part = _component(share, family, {"low": 0.0, "high": 1.0, **table}, 0, Fraction(1), where)
+    if part.low < 0 or part.high > 1:
+        raise InputError(f"{where}: a share of the {of} lies between 0 and 1: correct low or high")
+    return Judgement(prop, (part,), noise, _text(table, "reason", where), of)
 
 
 def _component(

@@ -24,6 +24,10 @@ DESCENDING: Final = ("size",)
 """Vectors whose components are ordered by definition, largest first."""
 
 
+EXTENTS: Final = {"footprint": ("m2", 2, 1.0), "box": ("l", 3, 1000.0)}
+"""What a share may be of: the unit it gives, how many of the extents it multiplies, and units per m^n."""
+
+
 @dataclass(frozen=True, slots=True)
 class Noise:
     """How scans of one object scatter around its value: a standard deviation, or a share of the value."""
@@ -63,12 +67,15 @@ class Judgement:
     noise : Noise
     reason : str
         The evidence.
+    of : str
+        "" or a key of EXTENTS: what the distribution, then of a share, is multiplied by.
     """
 
     property: Property
     distributions: tuple[Distribution, ...] | Silhouette
     noise: Noise
     reason: str
+    of: str = ""
 
     def scalars(self) -> tuple[str, ...]:
         """Return the names of the numbers drawn: "weight", or "size.length" and so on, or none."""
@@ -105,18 +112,19 @@ class ExpertClass:
         """Return property name -> (instances, components) values in its unit, one draw an instance."""
         shares = self._shares(seed)
         drawn: dict[str, NDArray[np.float64]] = {}
-        derived = []
+        for judgement in self.judgements:
+            if not isinstance(judgement.distributions, Silhouette):
+                parts = zip(judgement.scalars(), judgement.distributions, strict=True)
+                values = np.stack([d.quantile(shares[scalar]) for scalar, d in parts], axis=1)
+                drawn[judgement.property.name] = _ordered(judgement.property, values)
         for judgement in self.judgements:
             if isinstance(judgement.distributions, Silhouette):
-                derived.append((judgement.property.name, judgement.distributions.fill))
-                continue
-            parts = zip(judgement.scalars(), judgement.distributions, strict=True)
-            values = np.stack([d.quantile(shares[scalar]) for scalar, d in parts], axis=1)
-            drawn[judgement.property.name] = _ordered(judgement.property, values)
-        for name, fill in derived:
-            length, width, height = drawn["size"].T
-            area = (length * width + length * height + width * height) / 2
-            drawn[name] = drawn["weight"] * (fill * area)[:, None]
+                length, width, height = drawn["size"].T
+                area = judgement.distributions.fill * (length * width + length * height + width * height) / 2
+                drawn[judgement.property.name] = drawn["weight"] * area[:, None]
+            elif judgement.of:
+                _, extents, per = EXTENTS[judgement.of]
+                drawn[judgement.property.name] *= per * drawn["size"][:, :extents].prod(axis=1, keepdims=True)
         return drawn
 
     def _shares(self, seed: int) -> dict[str, NDArray[np.float64]]:
@@ -217,7 +225,7 @@ def _scattered(
     """Return (instances·scans, components) values around the (instances, components) ones."""
     limits = judgement.distributions
     bounds: Sequence[Distribution | Silhouette]
-    bounds = [limits] if isinstance(limits, Silhouette) else limits
+    bounds = [Silhouette(1.0)] if isinstance(limits, Silhouette) or judgement.of else limits
     columns = []
     for scalar, bound, column in zip(scalars(judgement.property), bounds, values.T, strict=True):
         noise = _normal(seed, judged.name, scalar, "noise").standard_normal((len(column), judged.scans))
