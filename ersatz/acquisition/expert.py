@@ -128,7 +128,8 @@ def _class(name: str, classes: Mapping[str, Any], context: _Context) -> ExpertCl
         needed = ["size"] if judgement.of else needed
         if lacking := [name for name in needed if name not in given]:
             raise InputError(
-                f"{where}: {judgement.property.name} follows from {' and '.join(needed)}: give {lacking[0]}, too"
+                f"{where}: {judgement.property.name} follows from {' and '.join(needed)}: "
+                f"give {lacking[0]}, too"
             )
     drawn = [scalar for judgement in judgements for scalar in judgement.scalars()]
     own = _correlations(_table(table, "correlations", where), context.known, where)
