@@ -51,19 +51,14 @@ class Rows:
 
     def blocks(self, prop: Property, at: NDArray[np.int64], values: NDArray[np.float64]) -> Iterator[Block]:
         """Yield the values of one property, those of one origin a block."""
-        origins = self.origin[at]
-        for origin in np.unique(origins):
-            mine = np.flatnonzero(origins == origin)
+        for origin in np.unique(self.origin[at]):
+            mine = np.flatnonzero(self.origin[at] == origin)
             row = at[mine]
-            yield Block(
-                prop,
-                self.object_class[row],
-                self.instance[row],
-                self.observation[row],
-                values[mine],
-                ORIGINS[origin],
-                self.sheet.source,
-            )
+            # Strings are dear to copy: a full column shares those of the sheet.
+            whole = len(row) == len(self.sheet) and bool((np.diff(row) == 1).all())
+            about = (self.object_class, self.instance, self.observation)
+            who, which, when = about if whole else (names[row] for names in about)
+            yield Block(prop, who, which, when, values[mine], ORIGINS[origin], self.sheet.source)
 
 
 def read_rows(sheet: Sheet) -> Rows:
