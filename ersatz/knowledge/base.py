@@ -16,7 +16,6 @@ from ersatz.knowledge.queries import (
     Answer,
     Argument,
     Query,
-    Value,
     refuse_foreign_access,
     stored_query,
     value_of,
@@ -231,6 +230,12 @@ class KnowledgeBase:
             what = "name" if kind == "iri" else kind
             raise UnknownNameError(what, name, self.known_names(kind), f"in {self.location!r}")
         return fitting[0]
+
+    def kind_of(self, iri: str) -> str:
+        """Return "class", "property", "quality" or "instance" for the IRI of something known."""
+        rows = self.query(f"SELECT ?type WHERE {{ {ox.NamedNode(iri)} a ?type }}")
+        types = {str(row["type"]) for row in rows}
+        return next((kind for kind in _TYPES_OF if _is_a(types, kind)), "instance")
 
     def known_names(self, kind: str) -> list[str]:
         """Return the names of all classes, instances, properties or qualities, or of everything."""
@@ -453,9 +458,8 @@ def _answer(results: Results) -> Answer:
     if isinstance(results, ox.QueryBoolean):
         return Answer(("answer",), ((bool(results),),))
     if isinstance(results, ox.QueryTriples):
-        rows: list[tuple[Value, ...]] = [
-            (value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in results
-        ]
-        return Answer(("subject", "predicate", "object"), tuple(rows))
+        triples = tuple(results)
+        rows = tuple((value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in triples)
+        return Answer(("subject", "predicate", "object"), rows, triples)
     variables = tuple(variable.value for variable in results.variables)
     return Answer(variables, tuple(tuple(value_of(term) for term in solution) for solution in results))

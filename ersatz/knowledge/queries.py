@@ -110,14 +110,31 @@ class Answer(Sequence[Mapping[str, Value]]):
     ----------
     variables : tuple of str
     rows : tuple of tuples of Value
+    triples : tuple of triples
+        Of a CONSTRUCT or DESCRIBE query, the same as RDF terms.
     """
 
     variables: tuple[str, ...]
     rows: tuple[tuple[Value, ...], ...]
+    triples: tuple[ox.Triple, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.rows)
+
+    def to_turtle(self) -> str:
+        """Return the triples of a CONSTRUCT or DESCRIBE query as Turtle.
+
+        Raises
+        ------
+        InputError
+            If the answer is a table.
+        """
+        from ersatz.knowledge.turtle import turtle
+
+        if not self.triples:
+            raise InputError("only the answer of a CONSTRUCT or DESCRIBE query is RDF: choose another format")
+        return "".join(turtle(self.triples))
 
     def __iter__(self) -> Iterator[Mapping[str, Value]]:
         """Yield the rows."""

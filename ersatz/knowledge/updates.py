@@ -37,9 +37,8 @@ def observe(
     origin: Origin,
     source: Source | None,
 ) -> None:
-    """Add the values to what is known of the instance."""
-    qualities = read_qualities(kb)
-    properties = {quality.property.name: quality.property for quality in qualities}
+    """Add the values, one a property, to what is known of the instance."""
+    properties = {quality.property.name: quality.property for quality in read_qualities(kb)}
     source = source or Source("observation")
     blocks = []
     for name, value in values.items():
@@ -49,6 +48,24 @@ def observe(
             )
         row = _vector(name, value)
         blocks.append(Block(properties[name], [object_class], [instance], [observation], row, origin, source))
+    observe_blocks(kb, object_class, instance, blocks)
+
+
+def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks: Sequence[Block]) -> None:
+    """Add blocks of values, all of one instance, to what is known of it.
+
+    Raises
+    ------
+    InputError
+        If a block is of another object, or its values do not fit what is known.
+    """
+    for block in blocks:
+        others = {(str(c), str(i)) for c, i in zip(block.object_class, block.instance, strict=True)}
+        if strays := sorted(others - {(object_class, instance)}):
+            raise InputError(
+                f"the measurements are also of {strays[0][0]} {strays[0][1]!r}: give those of {instance!r} alone"
+            )
+    qualities = read_qualities(kb)
     old = _read_instance(kb, instance, qualities)
     new = Measurements.collect([*(old.blocks() if old else ()), *blocks])
     _replace(kb, qualities, old, new)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,17 @@ from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
 from ersatz.reasoner.representative import Knowledge, pack
 from ersatz.reasoner.similarity import Similarity, above, compare
+
+PAPER_PROPERTIES: Final = (
+    *(f"shape_{rank}" for rank in range(1, 5)),
+    "weight",
+    "rigidity",
+    "hollowness",
+    "support",
+    "containment",
+    "blockage",
+)
+"""The ten properties of the paper's experiment."""
 
 
 class Combine(StrEnum):

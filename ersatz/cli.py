@@ -1,0 +1,460 @@
+"""The command line: thin; every command is a call of the library and a way to show its answer."""
+
+import json
+import sys
+import tomllib
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from enum import StrEnum
+from os import environ
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import click
+import typer
+
+from ersatz import __version__
+from ersatz.errors import ErsatzError, ErsatzWarning, InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ersatz.knowledge.base import KnowledgeBase
+    from ersatz.measurements import Block
+
+SHIPPED_EXPERT: Final = "household"
+"""Name of the expert distributions that come with ERSATZ."""
+
+app = typer.Typer(
+    name="ersatz",
+    help="Which of the things at hand can stand in for a missing tool, and why.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+Location = Annotated[
+    str, typer.Argument(metavar="KB", help="household, a file, a directory or an endpoint's URL.")
+]
+
+
+class Unit(StrEnum):
+    """What is counted."""
+
+    INSTANCE = "instance"
+    OBSERVATION = "observation"
+
+
+class TableFormat(StrEnum):
+    """How an answer is printed."""
+
+    TABLE = "table"
+    JSON = "json"
+    CSV = "csv"
+    TTL = "ttl"
+
+
+class RdfSuffix(StrEnum):
+    """Formats of `export`."""
+
+    OWL = "owl"
+    TTL = "ttl"
+    NT = "nt"
+    JSONLD = "jsonld"
+
+
+def main() -> None:
+    """Run the command line: errors become one line, and exit code 2."""
+    warnings.showwarning = _show_warning
+    warnings.simplefilter("always", ErsatzWarning)
+    try:
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.Exit as exit_:
+        code = exit_.exit_code
+    except click.ClickException as error:
+        _fail(" ".join(error.format_message().split()))
+        code = 2
+    except (click.Abort, KeyboardInterrupt):
+        code = 130
+    except ErsatzError as error:
+        _fail(str(error))
+        code = 2
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = 0
+    sys.exit(code)
+
+
+@app.callback(invoke_without_command=True)
+def _options(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and end.")] = False,
+) -> None:
+    if version:
+        typer.echo(__version__)
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@app.command()
+def demo() -> None:
+    """Ask the shipped knowledge base for substitutes of several missing tools.
+
+    Example: ersatz demo
+    """
+    from ersatz.display import show_ranking
+    from ersatz.reasoner.substitution import rank_substitutes
+
+    console, kb = _console(), _open("household")
+    for missing, available in (
+        ("tray", ["plate", "sponge", "bowl", "binder", "keyboard"]),
+        ("coffee mug", ["bowl", "pitcher", "food can", "hand towel", "ball"]),
+        ("water bottle", ["soda can", "shampoo", "flashlight", "notebook", "food cup"]),
+        ("plate", ["notebook", "cap", "food box", "bowl", "kleenex"]),
+    ):
+        console.print(f'\n$ ersatz substitute household --missing "{missing}" --available …', style="dim")
+        show_ranking(console, rank_substitutes(kb, missing, available))
+
+
+@app.command()
+def build(
+    out: Annotated[
+        Path, typer.Argument(help="File (.ttl .owl .nt .jsonld, also .gz) or directory to write.")
+    ],
+    tables: Annotated[
+        list[Path] | None, typer.Option(help="A property table, CSV or Parquet; repeatable.")
+    ] = None,
+    rocs: Annotated[Path | None, typer.Option(help="A folder laid out as the RoCS data set.")] = None,
+    expert: Annotated[
+        str | None, typer.Option(help="Expert distributions (TOML), or household for the shipped ones.")
+    ] = None,
+    clusters: Annotated[int, typer.Option(help="Qualities per property, the paper's eta.")] = 4,
+    unit: Annotated[Unit, typer.Option(help="What is counted.")] = Unit.INSTANCE,
+    representative: Annotated[
+        str, typer.Option(help="Threshold of the representative qualities written down.")
+    ] = "0.35",
+    classes_only: Annotated[bool, typer.Option(help="Leave the instances out.")] = False,
+    seed: Annotated[int, typer.Option(help="Of k-means and of the expert's draws.")] = 0,
+    time: Annotated[
+        str | None, typer.Option(help="Time of the build, ISO 8601; else SOURCE_DATE_EPOCH, else none.")
+    ] = None,
+) -> None:
+    """Ground a knowledge base in measurements.
+
+    Example: ersatz build kb.ttl --tables objects.csv --expert household
+    """
+    from ersatz.grounding.subcategorization import SubcategorizationSettings
+    from ersatz.grounding.units import ObservationUnit
+    from ersatz.knowledge.queries import exact
+    from ersatz.pipeline import Settings
+    from ersatz.pipeline import build as ground
+    from ersatz.resources import DATA
+
+    source = DATA / "expert.toml" if expert == SHIPPED_EXPERT else expert
+    settings = Settings(
+        SubcategorizationSettings(clusters, seed=seed),
+        ObservationUnit(unit),
+        exact(representative, "representative"),
+        expert_seed=seed,
+        classes_only=classes_only,
+        time=_build_time(time),
+    )
+    with _progress() as report:
+        kb = ground(
+            tables=tables or (), rocs=rocs, expert=source, settings=settings, out=out, progress=report
+        )
+    counted = sum(int(str(row["instances"])) for row in kb.ask("classes"))
+    _console(err=True).print(
+        f"{out}: {len(kb.ask('classes'))} classes, {counted} {unit}s, {len(kb.ask('properties'))} properties, "
+        f"{len(kb.ask('qualities'))} qualities; revision {kb.revision[:12]}",
+        highlight=False,
+    )
+
+
+@app.command()
+def substitute(
+    location: Location,
+    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
+    available: Annotated[
+        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
+    ] = None,
+    instance: Annotated[
+        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
+    ] = None,
+    representative: Annotated[str, typer.Option(help="Theta: typical from this degree on.")] = "0.35",
+    tolerance: Annotated[str, typer.Option(help="Phi: stands in above this similarity.")] = "0.35",
+    relevance_tolerance: Annotated[str, typer.Option(help="Phi of relevant functions.")] = "0.35",
+    combine: Annotated[str, typer.Option(help="union or intersection over relevant functions.")] = "union",
+    similarity: Annotated[str, typer.Option(help="jaccard, coverage or tversky.")] = "jaccard",
+    above_lowest: Annotated[bool, typer.Option(help="Only functions above the lowest degree.")] = False,
+    fallback: Annotated[
+        bool, typer.Option(help="With no relevant function, compare all that is typical.")
+    ] = False,
+    properties: Annotated[
+        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    remember: Annotated[bool, typer.Option(help="Write the answer into the knowledge base.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Rank what stands in for a missing tool, with reasons. Exit code 1: undetermined.
+
+    Example: ersatz substitute household --missing tray --available plate --available sponge
+    """
+    from ersatz.reasoner.relevance import ReasonerSettings
+    from ersatz.reasoner.substitution import Status, rank_substitutes
+
+    settings = ReasonerSettings(
+        representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
+        tolerance,  # type: ignore[arg-type]
+        relevance_tolerance,  # type: ignore[arg-type]
+        combine,  # type: ignore[arg-type]
+        similarity,  # type: ignore[arg-type]
+        above_lowest,
+        fallback,
+        _properties(properties),
+    )
+    kb = _open(location)
+    ranking = rank_substitutes(
+        kb, missing, available, instances=instance or (), settings=settings, remember=remember
+    )
+    if remember and not ranking.reused and ranking.status is Status.OK:
+        _save(kb, "the answer is not remembered")
+    if as_json:
+        _print_json(ranking.to_json())
+    else:
+        from ersatz.display import show_ranking
+
+        show_ranking(_console(), ranking)
+    raise typer.Exit(0 if ranking.status is Status.OK else 1)
+
+
+@app.command()
+def show(
+    location: Location,
+    name: Annotated[str | None, typer.Argument(help="A class, instance, property or quality.")] = None,
+) -> None:
+    """Show what a knowledge base holds, or what it knows of one thing.
+
+    Example: ersatz show household "coffee mug"
+    """
+    from ersatz.display import show_knowledge, show_thing
+
+    kb = _open(location)
+    if name is None:
+        show_knowledge(_console(), kb)
+    else:
+        show_thing(_console(), kb, name)
+
+
+@app.command()
+def observe(
+    location: Location,
+    object_class: Annotated[str, typer.Argument(metavar="CLASS", help="What the object is.")],
+    instance: Annotated[str, typer.Argument(help="The object's name, new or known.")],
+    measurements: Annotated[
+        Path, typer.Option(help="JSON or TOML with one value a property, or a property table.")
+    ],
+    observation: Annotated[str, typer.Option(help="Name of the observation, where there are several.")] = "",
+) -> None:
+    """Take in what was measured of an object, without a refit.
+
+    Example: ersatz observe kb.ttl plate plate_9 --measurements plate_9.toml
+    """
+    from ersatz.knowledge.updates import observe_blocks
+
+    kb = _open(location)
+    if measurements.suffix in (".json", ".toml"):
+        kb.observe(object_class, instance, _values(measurements), observation=observation)
+    else:
+        observe_blocks(kb, object_class, instance, _table_of(kb, measurements))
+    _save(kb)
+    _say(f"{instance}: {len(kb.ask('instance_qualities', instances=[instance]))} qualities")
+
+
+@app.command()
+def forget(location: Location, instance: Annotated[str, typer.Argument(help="The object's name.")]) -> None:
+    """Take an object out of the knowledge base and out of all counts.
+
+    Example: ersatz forget kb.ttl plate_9
+    """
+    kb = _open(location)
+    kb.forget(instance)
+    _save(kb)
+    _say(f"{instance}: forgotten")
+
+
+@app.command()
+def query(
+    location: Location,
+    name: Annotated[str | None, typer.Argument(metavar="NAME_OR_FILE", help="Without it: the list.")] = None,
+    param: Annotated[list[str] | None, typer.Option(help="name=value; repeatable.")] = None,
+    as_format: Annotated[
+        TableFormat, typer.Option("--format", help="How to print the answer.")
+    ] = TableFormat.TABLE,
+) -> None:
+    """Ask a stored question, or one of your own in a file.
+
+    Example: ersatz query household class_knowledge --param class=tray
+    """
+    from ersatz.display import show_questions
+    from ersatz.knowledge.queries import query_names, read_query, stored_query
+
+    kb = _open(location)
+    if name is None:
+        show_questions(_console(), [stored_query(one) for one in query_names() if "/" not in one])
+        return
+    question = read_query(Path(name)) if name.endswith((".rq", ".sparql")) else stored_query(name)
+    _print_answer(kb.answer(question, _arguments(param or [], question.parameters)), as_format)
+
+
+@app.command()
+def export(
+    location: Location,
+    out: Annotated[Path, typer.Argument(help="The file to write.")],
+    to: Annotated[
+        RdfSuffix | None, typer.Option(help="Format, where the file's name does not say it.")
+    ] = None,
+) -> None:
+    """Write the knowledge base as a file in another format, or as a directory.
+
+    Example: ersatz export household --to owl household.owl
+    """
+    from ersatz.knowledge.stores import format_of
+
+    named = out if to is None or format_of(out) is not None else out.with_name(f"{out.name}.{to}")
+    _open(location).save(named)
+    _say(f"{named}: written")
+
+
+def _open(location: str) -> "KnowledgeBase":
+    from ersatz.knowledge.base import KnowledgeBase
+
+    return KnowledgeBase.open(location)
+
+
+def _save(kb: "KnowledgeBase", otherwise: str = "") -> None:
+    """Write a changed file back; where that cannot be and need not be, say so."""
+    try:
+        kb.save()
+    except ErsatzError as error:
+        if not otherwise:
+            raise
+        warnings.warn(f"{otherwise}: {error}", ErsatzWarning, stacklevel=2)
+
+
+def _properties(names: str | None) -> tuple[str, ...] | None:
+    from ersatz.reasoner.relevance import PAPER_PROPERTIES
+
+    if names is None:
+        return None
+    return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+
+
+def _values(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_text(encoding="utf-8")
+        values = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"cannot read measurements from {str(path)!r}: {error}") from None
+    if not isinstance(values, dict) or not values:
+        raise InputError(
+            f"{str(path)!r} holds no measurements: give one value a property, such as weight = 0.3"
+        )
+    return values
+
+
+def _table_of(kb: "KnowledgeBase", path: Path) -> "list[Block]":
+    from ersatz.acquisition.tables import read_table
+    from ersatz.knowledge.updates import read_qualities
+
+    return read_table(path, {q.property.name: q.property for q in read_qualities(kb)})
+
+
+def _arguments(params: Sequence[str], kinds: Any) -> dict[str, Any]:
+    arguments: dict[str, Any] = {}
+    for one in params:
+        name, equals, value = one.partition("=")
+        if not equals:
+            raise InputError(f"--param {one!r}: write name=value")
+        arguments[name] = value.split(",") if kinds.get(name) == "iris" else value
+    return arguments
+
+
+def _print_answer(answer: Any, as_format: TableFormat) -> None:
+    if as_format is TableFormat.JSON:
+        _print_json([{name: _plain(value) for name, value in row.items()} for row in answer])
+    elif as_format is TableFormat.CSV:
+        import csv
+
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(answer.variables)
+        writer.writerows([["" if value is None else value for value in row] for row in answer.rows])
+    elif as_format is TableFormat.TTL:
+        sys.stdout.write(answer.to_turtle())
+    else:
+        from ersatz.display import answer_table
+
+        _console().print(answer_table(answer))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value in JSON's types; decimals as numbers."""
+    from decimal import Decimal
+
+    if isinstance(value, Decimal):
+        return int(value) if value == value.to_integral_value() else float(value)
+    return value
+
+
+def _print_json(value: Any) -> None:
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+def _build_time(given: str | None) -> str | None:
+    """Return the time of the build as xsd:dateTime in UTC, if one is asked for."""
+    if given is None and (epoch := environ.get("SOURCE_DATE_EPOCH")):
+        if not epoch.isdigit():
+            raise InputError(f"SOURCE_DATE_EPOCH is {epoch!r}: give seconds since 1970")
+        moment = datetime.fromtimestamp(int(epoch), UTC)
+    elif given is None:
+        return None
+    else:
+        try:
+            moment = datetime.fromisoformat(given)
+        except ValueError:
+            raise InputError(f"--time {given!r} is no ISO 8601 time: write 2026-01-31T12:00:00Z") from None
+        moment = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar on a terminal; elsewhere nothing."""
+    from rich.progress import Progress
+
+    with Progress(console=_console(err=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)
+
+
+def _console(*, err: bool = False) -> "Console":
+    from rich.console import Console
+
+    return Console(stderr=err)
+
+
+def _say(message: str) -> None:
+    sys.stderr.write(f"{message}\n")
+
+
+def _fail(message: str) -> None:
+    sys.stderr.write(f"error: {' '.join(message.split())}\n")
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    if issubclass(category, ErsatzWarning):
+        sys.stderr.write(f"warning: {message}\n")

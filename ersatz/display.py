@@ -1,0 +1,136 @@
+"""What the command line shows a person: tables and sentences, by Rich."""
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.models import Entry
+from ersatz.knowledge.names import local_name
+from ersatz.knowledge.queries import Answer, Query, Value
+from ersatz.knowledge.terms import degree_text
+from ersatz.knowledge.vocabulary import ERSATZ, KB
+from ersatz.reasoner.representative import class_model, function_model
+from ersatz.reasoner.substitution import Ranking, Status
+
+BAR = 10
+"""Characters of a full bar."""
+
+
+def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
+    """Print which things stand in for the missing tool, and why."""
+    settings = ranking.settings
+    console.print(f"[bold]{ranking.missing}[/bold] is missing.", highlight=False)
+    if ranking.status is Status.UNDETERMINED:
+        console.print(
+            f"Undetermined: none of its functions is relevant (J > {float(settings.relevance_tolerance):g}). "
+            "--fallback compares with all that is typical of it."
+        )
+        return
+    if ranking.relevant_functional:
+        console.print(f"What it is for: {', '.join(ranking.relevant_functional)}", highlight=False)
+    console.print(f"What counts:    {', '.join(ranking.relevant_physical) or 'nothing'}", highlight=False)
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1))
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(ratio=1)
+    for substitute in ranking[:most]:
+        mark = Text("✔", "green") if substitute.accepted else Text("✘", "red")
+        table.add_row(mark, bar(substitute.similarity), substitute.explain())
+    console.print(table, highlight=False)
+    if most is not None and len(ranking) > most:
+        console.print(f"  … and {len(ranking) - most} more", style="dim")
+    if ranking.reused:
+        console.print("Remembered from an earlier question.", style="dim")
+
+
+def show_knowledge(console: Console, kb: KnowledgeBase) -> None:
+    """Print what a knowledge base holds."""
+    console.print(f"[bold]{kb.location}[/bold]  revision {kb.revision[:12]}", highlight=False)
+    properties = Table("property", "kind", "unit", "qualities", "what is measured", box=None, pad_edge=False)
+    counted = [local_name(str(row["property"])) for row in kb.ask("qualities")]
+    for row in kb.ask("properties"):
+        name = local_name(str(row["property"]))
+        properties.add_row(
+            name, str(row["kind"]), str(row["unit"]), str(counted.count(name)), str(row["definition"] or "")
+        )
+    classes = Table("class", "counted", box=None, pad_edge=False)
+    for row in kb.ask("classes"):
+        classes.add_row(str(row["name"]), str(row["instances"]))
+    console.print(properties, classes)
+
+
+def show_thing(console: Console, kb: KnowledgeBase, name: str) -> None:
+    """Print what is known of a class, an instance, a property or a quality."""
+    iri = kb.resolve(name)
+    kind = kb.kind_of(iri)
+    console.print(f"[bold]{name}[/bold]  {kind}  <{iri}>", highlight=False)
+    if kind == "class":
+        model = class_model(kb, iri)
+        console.print(f"known from {model.instances}", highlight=False)
+        console.print(_entries(model.entries))
+    elif kind == "instance":
+        console.print(answer_table(kb.ask("instance_qualities", instances=[iri])))
+        console.print(answer_table(kb.ask("instance_measurements", instance=iri)))
+    elif kind == "property":
+        rows = [row for row in kb.ask("qualities") if row["property"] == iri]
+        console.print(rows_table(rows))
+    else:
+        if any(row["function"] == iri for row in kb.ask("function_models")):
+            console.print(_entries(function_model(kb, iri).entries))
+        console.print(answer_table(kb.ask("classes_with_quality", quality=iri)))
+
+
+def show_questions(console: Console, queries: Sequence[Query]) -> None:
+    """Print the stored questions and their parameters."""
+    table = Table("question", "parameters", "what it answers", box=None, pad_edge=False)
+    for query in queries:
+        table.add_row(
+            query.name, " ".join(f"{n}={t.upper()}" for n, t in query.parameters.items()), query.summary
+        )
+    console.print(table)
+
+
+def answer_table(answer: Answer) -> Table:
+    """Return an answer as a table; names instead of IRIs of our own."""
+    table = Table(*answer.variables, box=None, pad_edge=False)
+    for row in answer.rows:
+        table.add_row(*map(shown, row))
+    return table
+
+
+def rows_table(rows: Sequence[object]) -> Table:
+    """Return rows of an answer as a table, without columns that are empty."""
+    found = [row for row in rows if isinstance(row, dict)]
+    names = [name for name in (found[0] if found else ()) if any(row[name] is not None for row in found)]
+    table = Table(*names, box=None, pad_edge=False)
+    for row in found:
+        table.add_row(*(shown(row[name]) for name in names))
+    return table
+
+
+def shown(value: Value) -> str:
+    """Return a value as a person reads it."""
+    if value is None:
+        return ""
+    text = str(value)
+    return local_name(text) if text.startswith((KB, ERSATZ)) else text
+
+
+def bar(share: float) -> Text:
+    """Return a share as a bar and a number."""
+    full = round(share * BAR)
+    return Text.assemble((f"{share:.2f} ", "bold"), ("█" * full, "cyan"), ("░" * (BAR - full), "dim"))
+
+
+def _entries(entries: Sequence[Entry]) -> Table:
+    table = Table("property", "quality", "degree", "observed", box=None, pad_edge=False)
+    previous = ""
+    for entry in entries:
+        name = entry.property if entry.property != previous else ""
+        previous = entry.property
+        observed = f"{degree_text(entry.count)} of {degree_text(entry.total)}"
+        table.add_row(name, entry.quality, bar(float(entry.proportion)), observed)
+    return table
