@@ -169,8 +169,9 @@ def build(
         )
     counted = sum(int(str(row["instances"])) for row in kb.ask("classes"))
     _console(err=True).print(
-        f"{out}: {len(kb.ask('classes'))} classes, {counted} {unit}s, {len(kb.ask('properties'))} properties, "
-        f"{len(kb.ask('qualities'))} qualities; revision {kb.revision[:12]}",
+        f"{out}: {len(kb.ask('classes'))} classes, {counted} {unit}s, "
+        f"{len(kb.ask('properties'))} properties, {len(kb.ask('qualities'))} qualities; "
+        f"revision {kb.revision[:12]}",
         highlight=False,
     )
 

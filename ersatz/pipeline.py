@@ -1,10 +1,11 @@
 """The line once, one call a stage: measurement, quality, membership, knowledge base."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeAlias
 
 from ersatz import __version__
 from ersatz.errors import InputError
@@ -12,11 +13,19 @@ from ersatz.grounding.attribution import attribute
 from ersatz.grounding.conceptualization import conceptualize
 from ersatz.grounding.subcategorization import SubcategorizationSettings, learn_qualities
 from ersatz.grounding.units import ObservationUnit, find_units, unit_values
-from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.base import KnowledgeBase, check_target
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.terms import finite, plain
 from ersatz.knowledge.writer import BuildRecord, knowledge
 from ersatz.measurements import Block, Measurements
+
+
+Progress: TypeAlias = Callable[[str, float], None]
+"""Told the name of the stage and the share of the work done, in [0, 1]."""
+
+
+def silent(_stage: str, _share: float) -> None:
+    """Say nothing of progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +85,7 @@ def build(
     expert: str | Path | None = None,
     settings: Settings | None = None,
     out: str | Path | None = None,
+    progress: Progress = silent,
 ) -> KnowledgeBase:
     """Ground a knowledge base: from measured and judged values to class knowledge and function models.
 
@@ -92,6 +102,8 @@ def build(
     settings : Settings
     out : path
         File or directory to write; without it the knowledge base lives in memory.
+    progress : callable
+        Told the stage and the share of the work done.
 
     Raises
     ------
@@ -99,14 +111,19 @@ def build(
         If there is nothing to ground, or a value, a name or a file is not what it should be.
     """
     settings = settings or Settings()
+    if out is not None:
+        check_target(Path(out))
+    progress("reading measurements", 0.0)
     measurements = acquire(blocks, tables, rocs, expert, settings.expert_seed)
     units = find_units(measurements, settings.unit)
-    qualities = [
-        learn_qualities(
-            unit_values(column, units, measurements)[1], column.property, settings.subcategorization
+    qualities = []
+    for done, column in enumerate(measurements.columns):
+        progress(
+            f"finding the qualities of {column.property.name}", 0.1 + 0.6 * done / len(measurements.columns)
         )
-        for column in measurements.columns
-    ]
+        values = unit_values(column, units, measurements)[1]
+        qualities.append(learn_qualities(values, column.property, settings.subcategorization))
+    progress("counting and writing", 0.7)
     attribution = attribute(measurements, qualities, units)
     counts = conceptualize(attribution, measurements.classes)
     record = BuildRecord(

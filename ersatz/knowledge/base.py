@@ -136,7 +136,7 @@ class KnowledgeBase:
             engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
         kb = cls(MemoryStore(engine, str(path or "a knowledge base in memory")))
         if path is not None:
-            kb.save()
+            kb.save(path)
         return kb
 
     @property

@@ -63,7 +63,8 @@ def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks
         others = {(str(c), str(i)) for c, i in zip(block.object_class, block.instance, strict=True)}
         if strays := sorted(others - {(object_class, instance)}):
             raise InputError(
-                f"the measurements are also of {strays[0][0]} {strays[0][1]!r}: give those of {instance!r} alone"
+                f"the measurements are also of {strays[0][0]} {strays[0][1]!r}: "
+                f"give those of {instance!r} alone"
             )
     qualities = read_qualities(kb)
     old = _read_instance(kb, instance, qualities)
