@@ -12,7 +12,6 @@ from os import environ
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-import click
 import typer
 
 from ersatz import __version__
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
 
     from ersatz.knowledge.base import KnowledgeBase
     from ersatz.measurements import Block
+
+# Typer has brought its own click since 0.20; what it raises is the parent of what it exports.
+_CLICK_ERROR: Final[Any] = next(t for t in typer.BadParameter.__mro__ if t.__name__ == "ClickException")
 
 SHIPPED_EXPERT: Final = "household"
 """Name of the expert distributions that come with ERSATZ."""
@@ -72,12 +74,12 @@ def main() -> None:
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Exit as exit_:
+    except typer.Exit as exit_:
         code = exit_.exit_code
-    except click.ClickException as error:
-        _fail(" ".join(error.format_message().split()))
+    except _CLICK_ERROR as error:
+        _fail(f"{error.format_message()} Try `ersatz --help`.")
         code = 2
-    except (click.Abort, KeyboardInterrupt):
+    except (typer.Abort, KeyboardInterrupt):
         code = 130
     except ErsatzError as error:
         _fail(str(error))
@@ -437,7 +439,8 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar on a terminal; elsewhere nothing."""
     from rich.progress import Progress
 
-    with Progress(console=_console(err=True), transient=True) as bar:
+    console = _console(err=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda stage, share: bar.update(task, description=stage, completed=share)
 
@@ -453,7 +456,8 @@ def _say(message: str) -> None:
 
 
 def _fail(message: str) -> None:
-    sys.stderr.write(f"error: {' '.join(message.split())}\n")
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
+    sys.stderr.write(f"error: {line}\n")
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:

@@ -60,7 +60,7 @@ def read_table(path: Path, properties: Mapping[str, Property] | None = None) -> 
         If anything in the file is not what its layout asks for: the message tells file, line, column, value
         and what to do.
     """
-    path = Path(path)
+    path = Path(path).absolute()
     known: Mapping[str, Property] = PROPERTIES if properties is None else properties
     if beside(path).exists():
         known = read_properties(beside(path), known)
