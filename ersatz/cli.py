@@ -32,7 +32,6 @@ SHIPPED_EXPERT: Final = "household"
 app = typer.Typer(
     name="ersatz",
     help="Which of the things at hand can stand in for a missing tool, and why.",
-    no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -72,7 +71,7 @@ def main() -> None:
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", ErsatzWarning)
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="ersatz", standalone_mode=False)
         sys.stdout.flush()
     except typer.Exit as exit_:
         code = exit_.exit_code

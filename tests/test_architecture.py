@@ -105,7 +105,9 @@ def test_no_cycles() -> None:
 def loaded_by(code: str) -> set[str]:
     """Return the top-level modules a fresh interpreter has after running the code."""
     script = f"{code}\nimport sys\nprint(*sorted({{name.split('.')[0] for name in sys.modules}}))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT
+    )
     return set(done.stdout.splitlines()[-1].split())
 
 

@@ -1,0 +1,247 @@
+"""The command line as a newcomer uses it."""
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.substitution import rank_substitutes
+from ersatz.resources import DATA, ONTOLOGY
+from tests.cli import Shell
+
+
+def test_without_arguments_it_helps(ersatz: Shell) -> None:
+    run = ersatz()
+    assert "Which of the things at hand" in run.out
+    for command in ("demo", "build", "substitute", "show", "observe", "forget", "query", "export"):
+        assert command in run.out
+
+
+COMMANDS = ["demo", "build", "substitute", "show", "observe", "forget", "query", "export"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_an_example(command: str, ersatz: Shell) -> None:
+    run = ersatz(command, "--help")
+    assert run.code == 0
+    assert f"Example: ersatz {command}" in " ".join(run.out.split())
+
+
+def test_version(ersatz: Shell) -> None:
+    assert ersatz("--version").out.strip().count(".") == 2
+
+
+def test_demo(ersatz: Shell) -> None:
+    run = ersatz("demo")
+    assert run.code == 0
+    assert run.out.count(" is missing.") >= 3
+    assert "stands in" in run.out
+
+
+def test_substitute_says_what_the_library_says(ersatz: Shell) -> None:
+    run = ersatz("substitute", "household", "--missing", "bowl", "--json")
+    assert run.code == 0
+    answer = json.loads(run.out)
+    ranking = rank_substitutes(KnowledgeBase.open("household"), "bowl")
+    assert answer == json.loads(json.dumps(ranking.to_json()))
+    assert answer["version"] == 1
+    assert [one["name"] for one in answer["substitutes"]] == [one.name for one in ranking]
+    assert set(answer) == {
+        "version",
+        "missing",
+        "iri",
+        "status",
+        "settings",
+        "revision",
+        "reused",
+        "relevant_functional",
+        "relevant_physical",
+        "substitutes",
+    }
+
+
+def test_thresholds_are_exact(small_kb: Path, ersatz: Shell) -> None:
+    """A similarity of 1/2 is not above a tolerance of 1/2, and is above 0.4999999999999999999."""
+    base = ("substitute", small_kb, "--missing", "tray", "--json")
+    answer = json.loads(ersatz(*base).out)
+    best = answer["substitutes"][0]
+    numerator, denominator = best["similarity_fraction"]
+    assert numerator
+    for tolerance, accepted in ((f"{numerator}/{denominator}", False), ("0.0000000000000000001", True)):
+        again = json.loads(ersatz(*base, "--tolerance", tolerance).out)
+        assert again["substitutes"][0]["accepted"] is accepted
+
+
+def test_perceived_instances(small_kb: Path, ersatz: Shell) -> None:
+    run = ersatz(
+        "substitute", small_kb, "--missing", "tray", "--instance", "plate_1", "--instance", "tray_3", "--json"
+    )
+    kinds = {one["name"]: (one["kind"], one["flags"]) for one in json.loads(run.out)["substitutes"]}
+    assert kinds == {"plate_1": ("instance", []), "tray_3": ("instance", ["same_class"])}
+
+
+@pytest.mark.parametrize("name", ["small.ttl", "kb"])
+def test_remember(name: str, small_kb: Path, ersatz: Shell) -> None:
+    kb = small_kb.with_name(name)
+    if kb != small_kb:
+        assert ersatz("export", small_kb, kb).code == 0
+    ask = ("substitute", kb, "--missing", "tray", "--json")
+    assert json.loads(ersatz(*ask).out)["reused"] is False
+    assert json.loads(ersatz(*ask, "--remember").out)["reused"] is False
+    reused = json.loads(ersatz(*ask).out)
+    assert reused["reused"] is True
+    assert {**reused, "reused": False} == json.loads(ersatz(*ask, "--relevance-tolerance", "0.35").out) | {
+        "reused": False
+    }
+    assert ersatz("forget", kb, "plate_1").code == 0
+    assert json.loads(ersatz(*ask).out)["reused"] is False
+
+
+def test_remembering_in_the_shipped_one_is_refused_kindly(ersatz: Shell) -> None:
+    before = (ONTOLOGY / "household.ttl").read_bytes()
+    run = ersatz("substitute", "household", "--missing", "bowl", "--remember", "--json")
+    assert run.code == 0
+    assert json.loads(run.out)["substitutes"]
+    assert "warning: the answer is not remembered" in run.err
+    assert (ONTOLOGY / "household.ttl").read_bytes() == before
+
+
+@pytest.mark.parametrize("suffix", ["json", "toml", "csv"])
+def test_observe_and_forget(suffix: str, small_kb: Path, ersatz: Shell) -> None:
+    text = {
+        "json": '{"weight": 0.5, "rigidity": 0.9}',
+        "toml": "weight = 0.5\nrigidity = 0.9\n",
+        "csv": "object_class,instance,weight [g],rigidity\nplate,plate_4,500,0.9\n",
+    }[suffix]
+    path = small_kb.with_name(f"new.{suffix}")
+    path.write_text(text)
+    before = KnowledgeBase.open(small_kb).revision
+    run = ersatz("observe", small_kb, "plate", "plate_4", "--measurements", path)
+    assert run.code == 0, run.err
+    rows = {row["quality"]: row["total"] for row in knowledge_of(small_kb, "plate")}
+    assert rows["https://w3id.org/ersatz/kb#weight_1"] == 4
+    assert ersatz("forget", small_kb, "plate_4").code == 0
+    assert KnowledgeBase.open(small_kb).revision == before
+
+
+def knowledge_of(path: Path, name: str) -> list[dict[str, object]]:
+    return [dict(row) for row in KnowledgeBase.open(path).ask("class_knowledge", **{"class": name})]
+
+
+@pytest.mark.parametrize("name", ["tray", "plate_1", "weight", "weight_1", "support_2"])
+def test_show_a_thing(name: str, small_kb: Path, ersatz: Shell) -> None:
+    run = ersatz("show", small_kb, name)
+    assert run.code == 0
+    assert f"<https://w3id.org/ersatz/kb#{name.capitalize() if name == 'tray' else name}>" in run.out
+    assert len(run.out.splitlines()) > 2
+
+
+def test_show_everything(ersatz: Shell) -> None:
+    run = ersatz("show", "household")
+    assert "coffee mug" in run.out
+    assert "kg m2" in run.out
+
+
+def test_query_lists_questions(ersatz: Shell) -> None:
+    run = ersatz("query", "household")
+    assert "representative_qualities" in run.out
+    assert "checks" not in run.out
+
+
+def test_query_formats(ersatz: Shell) -> None:
+    ask = ("query", "household", "class_knowledge", "--param", "class=tray", "--format")
+    rows = json.loads(ersatz(*ask, "json").out)
+    table = list(csv.DictReader(io.StringIO(ersatz(*ask, "csv").out)))
+    assert len(rows) == len(table) > 5
+    assert [row["quality"] for row in rows] == [row["quality"] for row in table]
+    assert rows[0]["quality"].rpartition("#")[2] in ersatz(*ask, "table").out
+
+
+def test_query_of_my_own(tmp_path: Path, ersatz: Shell) -> None:
+    path = tmp_path / "own.rq"
+    path.write_text("CONSTRUCT { ?_thing_iri ?p ?o } WHERE { ?_thing_iri ?p ?o }")
+    run = ersatz("query", "household", path, "--param", "thing=tray", "--format", "ttl")
+    assert run.code == 0
+    assert "kb:Tray a owl:Class" in run.out
+
+
+@pytest.mark.parametrize("to", ["owl", "ttl", "nt", "jsonld"])
+def test_export(to: str, tmp_path: Path, ersatz: Shell) -> None:
+    assert ersatz("export", "household", "--to", to, tmp_path / "copy").code == 0
+    assert KnowledgeBase.open(tmp_path / f"copy.{to}").revision == KnowledgeBase.open("household").revision
+
+
+def built(out: Path, ersatz: Shell, *options: object) -> bytes:
+    run = ersatz("build", out, *options)
+    assert run.code == 0, run.err
+    return out.read_bytes()
+
+
+def test_household_is_what_its_sources_give(tmp_path: Path, ersatz: Shell) -> None:
+    """The shipped files can be made again, byte for byte, in both formats."""
+    for suffix in ("ttl", "owl"):
+        again = built(tmp_path / f"household.{suffix}", ersatz, "--expert", "household")
+        assert again == (ONTOLOGY / f"household.{suffix}").read_bytes()
+
+
+def test_expert_file_by_path_is_the_shipped_one(tmp_path: Path, ersatz: Shell) -> None:
+    built(tmp_path / "kb.ttl", ersatz, "--expert", DATA / "expert.toml")
+    assert KnowledgeBase.open(tmp_path / "kb.ttl").revision == KnowledgeBase.open("household").revision
+
+
+def shuffled(path: Path) -> Iterator[Path]:
+    head, *rows = path.read_text().splitlines(keepends=True)
+    for number, order in enumerate((rows[::-1], rows[3:] + rows[:3])):
+        copy = path.parent / str(number) / path.name
+        copy.parent.mkdir()
+        copy.write_text("".join([head, *order]))
+        yield copy
+
+
+def test_row_order_changes_nothing_but_the_source(table: Path, ersatz: Shell) -> None:
+    out = table.with_name("kb.ttl")
+    built(out, ersatz, "--tables", table, "--clusters", 2)
+    revision = KnowledgeBase.open(out).revision
+    for copy in shuffled(table):
+        built(out, ersatz, "--tables", copy, "--clusters", 2)
+        assert KnowledgeBase.open(out).revision == revision
+
+
+def test_time_is_written_only_when_asked_for(
+    table: Path, ersatz: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = ("--tables", table, "--clusters", 2)
+    plain = built(table.with_name("a.ttl"), ersatz, *options)
+    assert plain == built(table.with_name("a.ttl"), ersatz, *options)
+    assert b"endedAtTime" not in plain
+    timed = built(table.with_name("b.ttl"), ersatz, *options, "--time", "2026-01-31T12:00:00+01:00")
+    assert b'prov:endedAtTime "2026-01-31T11:00:00Z"^^xsd:dateTime' in timed
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    assert b"1970-01-01T00:00:00Z" in built(table.with_name("c.ttl"), ersatz, *options)
+
+
+def test_classes_only(table: Path, ersatz: Shell) -> None:
+    out, whole = table.with_name("classes.ttl"), table.with_name("whole.ttl")
+    built(out, ersatz, "--tables", table, "--clusters", 2, "--classes-only")
+    built(whole, ersatz, "--tables", table, "--clusters", 2)
+    assert b"plate_1" not in out.read_bytes()
+    ask = ("--missing", "tray", "--json")
+    some, all_ = (json.loads(ersatz("substitute", kb, *ask).out) for kb in (out, whole))
+    assert {**some, "revision": ""} == {**all_, "revision": ""}
+
+
+def test_observations_as_units(table: Path, ersatz: Shell) -> None:
+    table.write_text(
+        "object_class,instance,observation,weight\n"
+        "plate,p1,a,1\nplate,p1,b,3\nplate,p2,a,1\ntray,t1,a,9\ntray,t1,b,9\n"
+    )
+    out = table.with_name("kb.ttl")
+    options = ("--tables", table, "--clusters", 3)
+    built(out, ersatz, *options, "--unit", "observation")
+    assert [(row["count"], row["total"]) for row in knowledge_of(out, "plate")] == [(2, 3), (1, 3)]
+    built(out, ersatz, *options)
+    assert [(row["count"], row["total"]) for row in knowledge_of(out, "plate")] == [(1, 2), (1, 2)]
