@@ -19,7 +19,6 @@ from ersatz.knowledge.terms import finite, plain
 from ersatz.knowledge.writer import BuildRecord, knowledge
 from ersatz.measurements import Block, Measurements
 
-
 Progress: TypeAlias = Callable[[str, float], None]
 """Told the name of the stage and the share of the work done, in [0, 1]."""
 

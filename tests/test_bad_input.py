@@ -1,4 +1,4 @@
-"""Bad input ends in one line that quotes what is wrong and says what to do; nothing is lost or half written."""
+"""Bad input ends in one line that quotes what is wrong and says what to do; nothing is lost."""
 
 import gzip
 import json

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.sheets import Sheet, read_sheet
+from ersatz.acquisition.tables.sheets import Sheet, read_sheet
 from ersatz.errors import InputError
 from ersatz.measurements import Block, Kind, Origin, Property, Strings
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ersatz.acquisition.distributions import make
 from ersatz.acquisition.expert import Expert, read_expert
+from ersatz.acquisition.expert.distributions import make
 from ersatz.errors import InputError
 from ersatz.measurements import PROPERTIES, Kind, Measurements, Origin
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ersatz.acquisition.tables import read_table, read_tables
-from ersatz.acquisition.units import factor, scale
+from ersatz.acquisition.tables.units import factor, scale
 from ersatz.errors import InputError
 from ersatz.measurements import DIGITS, PROPERTIES, Block, Kind, Measurements, Origin, Property
 

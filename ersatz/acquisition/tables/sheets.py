@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.files import read_bytes, without_bom
+from ersatz.acquisition.tables.files import read_bytes, without_bom
 from ersatz.errors import InputError
 from ersatz.measurements import LARGEST, Source, Strings
 

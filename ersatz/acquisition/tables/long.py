@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.rows import IDS, Rows, Values, in_unit, no_component, offer, unit_factor
-from ersatz.acquisition.sheets import Sheet
-from ersatz.acquisition.wide import LONG_ONLY
+from ersatz.acquisition.tables.rows import IDS, Rows, Values, in_unit, no_component, offer, unit_factor
+from ersatz.acquisition.tables.sheets import Sheet
+from ersatz.acquisition.tables.wide import LONG_ONLY
 from ersatz.errors import InputError
 from ersatz.measurements import Property
 

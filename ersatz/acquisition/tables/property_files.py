@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from ersatz.acquisition.files import read_toml
+from ersatz.acquisition.tables.files import read_toml
 from ersatz.errors import InputError, nearest
 from ersatz.measurements import Kind, Property
 

@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.distributions import Distribution
+from ersatz.acquisition.expert.distributions import Distribution
 from ersatz.errors import InputError
 from ersatz.measurements import Block, Origin, Property, Source
 

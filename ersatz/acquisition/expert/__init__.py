@@ -34,9 +34,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from ersatz.acquisition.distributions import PURE, Distribution, make, parameters
-from ersatz.acquisition.files import read_toml
-from ersatz.acquisition.judgements import (
+from ersatz.acquisition.expert.distributions import PURE, Distribution, make, parameters
+from ersatz.acquisition.expert.judgements import (
     EXTENTS,
     Correlations,
     Expert,
@@ -47,8 +46,9 @@ from ersatz.acquisition.judgements import (
     correlation_matrix,
     scalars,
 )
-from ersatz.acquisition.property_files import beside, read_properties
-from ersatz.acquisition.rows import offer, unit_factor
+from ersatz.acquisition.tables.files import read_toml
+from ersatz.acquisition.tables.property_files import beside, read_properties
+from ersatz.acquisition.tables.rows import offer, unit_factor
 from ersatz.errors import InputError
 from ersatz.measurements import PROPERTIES, Origin, Property
 

@@ -19,11 +19,11 @@ Properties without a name in `PROPERTIES` are described beside the table, see `p
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from ersatz.acquisition.long import read_long
-from ersatz.acquisition.property_files import beside, read_properties
-from ersatz.acquisition.rows import read_rows
-from ersatz.acquisition.sheets import read_sheet
-from ersatz.acquisition.wide import read_wide
+from ersatz.acquisition.tables.long import read_long
+from ersatz.acquisition.tables.property_files import beside, read_properties
+from ersatz.acquisition.tables.rows import read_rows
+from ersatz.acquisition.tables.sheets import read_sheet
+from ersatz.acquisition.tables.wide import read_wide
 from ersatz.errors import InputError
 from ersatz.measurements import PROPERTIES, Block, Measurements, Property
 

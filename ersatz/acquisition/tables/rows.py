@@ -8,8 +8,8 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.sheets import Sheet
-from ersatz.acquisition.units import factor, scale
+from ersatz.acquisition.tables.sheets import Sheet
+from ersatz.acquisition.tables.units import factor, scale
 from ersatz.errors import InputError, nearest
 from ersatz.measurements import ORIGINS, PROPERTIES, Block, Origin, Property, Strings
 
