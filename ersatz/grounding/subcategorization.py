@@ -9,8 +9,9 @@ import itertools
 import warnings
 from dataclasses import dataclass
 from decimal import Decimal
-from math import fsum
-from typing import Final
+from fractions import Fraction
+from math import fsum, inf, nextafter
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,19 @@ from numpy.typing import NDArray
 from ersatz.errors import ErsatzWarning, InputError
 from ersatz.measurements import DIGITS, Property
 
+_Numbers: TypeAlias = NDArray[Any]
+"""float64, or Python's whole numbers as objects."""
+
+MOST_CLUSTERS: Final = 127
+"""More qualities than this per property have no place in the int8 labels."""
+
 EXACT_LIMIT: Final = 1_000_000
 """Above this many distinct values a 1-D fit starts from a histogram of `HISTOGRAM_BINS` bins."""
 
 HISTOGRAM_BINS: Final = 1 << 16
+
+FRACTION_LIMIT: Final = 2_000
+"""Up to this many distinct values a 1-D fit that floats cannot decide is repeated in whole numbers."""
 
 SAMPLE_LIMIT: Final = 20_000
 """Above this many value vectors a fit in several dimensions starts from a seeded sample of this size."""
@@ -46,11 +56,11 @@ class SubcategorizationSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse counts below one."""
-        if self.clusters < 1 or self.restarts < 1:
-            raise InputError(
-                f"clusters and restarts must be 1 or more, not {self.clusters} and {self.restarts}"
-            )
+        """Refuse counts out of range."""
+        if not 1 <= self.clusters <= MOST_CLUSTERS:
+            raise InputError(f"clusters is {self.clusters}: it lies between 1 and {MOST_CLUSTERS}")
+        if self.restarts < 1:
+            raise InputError(f"restarts is {self.restarts}: it must be 1 or more")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +105,7 @@ class Qualities:
         (n,) int8 array
         """
         if self.centroids.shape[1] == 1:
-            cuts = np.array([float(bound) for bound in self.bounds])
+            cuts = np.array([_at_most(bound) for bound in self.bounds])
             return np.searchsorted(cuts, values[:, 0], side="left").astype(np.int8)
         return _nearest(values, self.centroids)
 
@@ -160,49 +170,82 @@ def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tup
 def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> NDArray[np.int64]:
     """Return the k + 1 borders of the partition of sorted weighted values that has the least inertia.
 
-    Dynamic programming over the number of clusters; because the best last border moves only to the
-    right, each layer is solved by divide and conquer, all intervals of one depth at once: O(k n log n).
+    Where the clusters are so tight beside their distances that differences of floats say nothing, whole
+    numbers decide.
     """
-    n = len(x)
-    centred = x - np.average(x, weights=weights)
-    w = np.concatenate([[0.0], np.cumsum(weights)])
-    wx = np.concatenate([[0.0], np.cumsum(weights * centred)])
-    wxx = np.concatenate([[0.0], np.cumsum(weights * centred**2)])
+    sums = _prefix_sums(x - np.average(x, weights=weights), weights)
+    cuts = _cheapest(sums, k)
+    unsure = _cost(sums, cuts[:-1], cuts[1:]).sum() <= 1e-5 * sums[2][-1]
+    if unsure and 1 < k < len(x) <= FRACTION_LIMIT:
+        ratios = [value.as_integer_ratio() for value in x.tolist()]
+        scale = max(denominator for _, denominator in ratios)
+        whole = np.array([n * (scale // d) for n, d in ratios], dtype=object)
+        cuts = _cheapest(_prefix_sums(whole, np.array(list(map(int, weights)), dtype=object)), k)
+    return cuts
 
-    def cost(i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.float64]:
-        inertia: NDArray[np.float64] = (wxx[j] - wxx[i]) - (wx[j] - wx[i]) ** 2 / (w[j] - w[i])
-        return inertia
 
-    best = np.full(n + 1, np.inf)
-    best[1:] = cost(np.zeros(n, np.int64), np.arange(1, n + 1))
+def _prefix_sums(x: _Numbers, weights: _Numbers) -> tuple[_Numbers, _Numbers, _Numbers]:
+    """Return the sums of w, w x and w x^2 over the values before each border, n + 1 of each."""
+    one, two, three = (np.append(0 * w[:1], np.cumsum(w)) for w in (weights, weights * x, weights * x * x))
+    return one, two, three
+
+
+def _cost(
+    sums: tuple[_Numbers, _Numbers, _Numbers], i: NDArray[np.int64], j: NDArray[np.int64]
+) -> _Numbers:
+    """Return the inertia of the values between two borders; as fractions if the sums are whole numbers."""
+    w, wx, wxx = (part[j] - part[i] for part in sums)
+    if w.dtype == object:
+        fractions: _Numbers = np.frompyfunc(Fraction, 2, 1)(wxx * w - wx * wx, w)
+        return fractions
+    inertia: _Numbers = wxx - wx**2 / w
+    return inertia
+
+
+def _cheapest(sums: tuple[_Numbers, _Numbers, _Numbers], k: int) -> NDArray[np.int64]:
+    """Return the k + 1 borders of least inertia by dynamic programming over the number of clusters."""
+    n = len(sums[0]) - 1
+    best: _Numbers = np.full(n + 1, np.inf, dtype=sums[0].dtype)
+    best[1:] = _cost(sums, np.zeros(n, np.int64), np.arange(1, n + 1))
     borders = []
     for clusters in range(2, k + 1):
-        layer, border = np.full(n + 1, np.inf), np.zeros(n + 1, np.int64)
-        low, high = np.array([clusters]), np.array([n])
-        first, last = np.array([clusters - 1]), np.array([n - 1])
-        while len(low):
-            mid = (low + high) // 2
-            stop = np.minimum(last, mid - 1)
-            sizes = stop - first + 1
-            offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-            i = np.arange(sizes.sum()) - np.repeat(offsets - first, sizes)
-            total = best[i] + cost(i, np.repeat(mid, sizes))
-            least = np.minimum.reduceat(total, offsets)
-            hits = np.flatnonzero(total == np.repeat(least, sizes))
-            choice = i[hits[np.searchsorted(hits, offsets)]]
-            layer[mid], border[mid] = least, choice
-            low, high, first, last = (
-                np.concatenate(pair)
-                for pair in ((low, mid + 1), (mid - 1, high), (first, choice), (choice, last))
-            )
-            open_ = low <= high
-            low, high, first, last = low[open_], high[open_], first[open_], last[open_]
-        best = layer
+        best, border = _layer(sums, best, clusters)
         borders.append(border)
     cuts = [n]
     for border in reversed(borders):
         cuts.append(int(border[cuts[-1]]))
-    return np.array([0, *reversed(cuts)] if cuts[-1] else cuts[::-1])
+    return np.array([0, *reversed(cuts)])
+
+
+def _layer(
+    sums: tuple[_Numbers, _Numbers, _Numbers], best: _Numbers, clusters: int
+) -> tuple[_Numbers, NDArray[np.int64]]:
+    """Return, for every prefix of the values, the least inertia with one cluster more, and its last border.
+
+    Because the best last border moves only to the right, a layer is solved by divide and conquer, all
+    intervals of one depth at once: O(n log n).
+    """
+    n = len(best) - 1
+    layer, border = np.full(n + 1, np.inf, dtype=best.dtype), np.zeros(n + 1, np.int64)
+    low, high = np.array([clusters]), np.array([n])
+    first, last = np.array([clusters - 1]), np.array([n - 1])
+    while len(low):
+        mid = (low + high) // 2
+        sizes = np.minimum(last, mid - 1) - first + 1
+        offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        i = np.arange(sizes.sum()) - np.repeat(offsets - first, sizes)
+        total = best[i] + _cost(sums, i, np.repeat(mid, sizes))
+        least = np.minimum.reduceat(total, offsets)
+        hits = np.flatnonzero(total == np.repeat(least, sizes))
+        choice = i[hits[np.searchsorted(hits, offsets)]]
+        layer[mid], border[mid] = least, choice
+        low, high, first, last = (
+            np.concatenate(pair)
+            for pair in ((low, mid + 1), (mid - 1, high), (first, choice), (choice, last))
+        )
+        unsolved = low <= high
+        low, high, first, last = low[unsolved], high[unsolved], first[unsolved], last[unsolved]
+    return layer, border
 
 
 def _fit_space(
@@ -249,3 +292,9 @@ def _mean_vector(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return mean
     exact: NDArray[np.float64] = np.round([fsum(c) / len(values) for c in values.T], DIGITS) + 0.0
     return exact
+
+
+def _at_most(bound: Decimal) -> float:
+    """Return the largest float whose decimal notation is not above the bound."""
+    cut = float(bound)
+    return cut if Decimal(repr(cut)) <= bound else nextafter(cut, -inf)
