@@ -190,9 +190,7 @@ def _prefix_sums(x: _Numbers, weights: _Numbers) -> tuple[_Numbers, _Numbers, _N
     return one, two, three
 
 
-def _cost(
-    sums: tuple[_Numbers, _Numbers, _Numbers], i: NDArray[np.int64], j: NDArray[np.int64]
-) -> _Numbers:
+def _cost(sums: tuple[_Numbers, _Numbers, _Numbers], i: NDArray[np.int64], j: NDArray[np.int64]) -> _Numbers:
     """Return the inertia of the values between two borders; as fractions if the sums are whole numbers."""
     w, wx, wxx = (part[j] - part[i] for part in sums)
     if w.dtype == object:

@@ -51,9 +51,7 @@ def fuzzy_degrees(draw: st.DrawFn) -> Degrees:
 
 
 def some_units(degrees: st.SearchStrategy[Degrees]) -> st.SearchStrategy[list[Unit]]:
-    one = st.builds(
-        Unit, st.integers(0, len(CLASSES) - 1), st.tuples(*[degrees] * len(PROPERTIES))
-    )
+    one = st.builds(Unit, st.integers(0, len(CLASSES) - 1), st.tuples(*[degrees] * len(PROPERTIES)))
     return st.lists(one, max_size=12)
 
 
