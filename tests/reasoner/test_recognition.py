@@ -24,7 +24,7 @@ def test_an_object_like_a_plate(small_kb: Path) -> None:
 def test_what_was_not_measured_does_not_count(small_kb: Path) -> None:
     kb = KnowledgeBase.open(small_kb)
     likes = nearest_classes(kb, ["rigidity_2"])
-    assert [(one.name, one.similarity) for one in likes] == [("plate", 1), ("tray", 1), ("sponge", 0)]
+    assert [(one.name, float(one.similarity)) for one in likes] == [("plate", 1), ("tray", 1), ("sponge", 0)]
 
 
 def test_roles_need_a_measured_function(small_kb: Path) -> None:
