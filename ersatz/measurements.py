@@ -170,6 +170,16 @@ PROPERTIES: Final[dict[str, Property]] = {
 """The properties ERSATZ knows by name; a table may bring others and say what they are."""
 
 
+def rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values rounded to `DIGITS` fraction digits, as all numbers are that are kept.
+
+    From 8192 on, floats have fewer digits than that; there `numpy.round` would only add an error.
+    Adding 0.0 turns -0.0 into 0.0, which would else be a different number once written down.
+    """
+    kept: NDArray[np.float64] = np.where(np.abs(values) < 8192, np.round(values, DIGITS), values) + 0.0
+    return kept
+
+
 @dataclass(frozen=True, slots=True)
 class Source:
     """Where values were read from: a file's base name and the SHA-256 of its content, and whom to credit."""
@@ -397,6 +407,4 @@ def _checked(block: Block) -> NDArray[np.float64]:
             f"{prop.name!r} of instance {str(block.instance[row])!r} is {value} in {block.source.name!r}: "
             f"values must be finite and below {LARGEST:g}; leave a missing value out"
         )
-    # Adding 0.0 turns -0.0 into 0.0, which would else be a different number once written down.
-    rounded: NDArray[np.float64] = np.round(values, DIGITS) + 0.0
-    return rounded
+    return rounded(values)

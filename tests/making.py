@@ -47,7 +47,7 @@ def held_kb(held: Held, properties: Sequence[Property], ranks: int) -> Knowledge
     """Return the knowledge base in memory of instances that hold exactly these qualities."""
     rows = [(c, i, "", p, float(rank)) for i, (c, ps) in held.items() for p, rank in ps.items()]
     measured = table(rows, properties)
-    record = BuildRecord(theta=Fraction(35, 100))
+    record = BuildRecord(theta=Fraction(35, 100), sources=measured.sources)
     units = find_units(measured, record.unit)
     attribution = attribute(measured, ranked(properties, ranks), units)
     counts = conceptualize(attribution, measured.classes)

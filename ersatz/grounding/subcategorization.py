@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import ErsatzWarning, InputError
-from ersatz.measurements import DIGITS, Property
+from ersatz.measurements import DIGITS, Property, rounded
 
 _Numbers: TypeAlias = NDArray[Any]
 """float64, or Python's whole numbers as objects."""
@@ -148,23 +148,43 @@ def learn_qualities(
     if values.shape[1] == 1:
         centroids, method = _fit_line(distinct[:, 0], weights, k)
     else:
-        centroids, method = _fit_space(values, k, settings)
+        centroids, method = _fit_space(values, distinct, k, settings)
     return Qualities(prop, centroids, method)
 
 
 def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tuple[NDArray[np.float64], str]:
     """Return the centroids of the best partition of sorted, weighted, distinct values."""
-    binned, method = x, "optimal"
     heavy = weights.astype(np.float64)
     if len(x) > EXACT_LIMIT:
-        starts = np.linspace(0, len(x), HISTOGRAM_BINS, endpoint=False).astype(np.int64)
-        heavy = np.add.reduceat(weights.astype(np.float64), starts)
-        binned, method = np.add.reduceat(x * weights, starts) / heavy, "histogram"
-    cuts = _best_cuts(binned, heavy, k)
-    if method == "histogram":
-        cuts = np.append(starts, len(x))[cuts]
-    centroids = np.round([_mean(x[a:b], weights[a:b]) for a, b in itertools.pairwise(cuts)], DIGITS)
-    return centroids[:, None] + 0.0, method
+        starts, method = _bins(x), "histogram"
+        mass = np.add.reduceat(heavy, starts)
+        cuts = _best_cuts(np.add.reduceat(x * heavy, starts) / mass, mass, k)
+        cuts = _settled(x, heavy, np.append(starts, len(x))[cuts])
+    else:
+        cuts, method = _best_cuts(x, heavy, k), "optimal"
+    means = [_mean(x[a:b], weights[a:b]) for a, b in itertools.pairwise(cuts)]
+    return rounded(np.array(means)[:, None]), method
+
+
+def _bins(x: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return where the bins of a histogram begin: fine where values are many, and where they are far apart."""
+    by_number = np.linspace(0, len(x), HISTOGRAM_BINS // 2, endpoint=False).astype(np.int64)
+    by_width = np.searchsorted(x, np.linspace(x[0], x[-1], HISTOGRAM_BINS // 2))
+    return np.unique(np.concatenate([by_number, by_width]))
+
+
+def _settled(
+    x: NDArray[np.float64], weights: NDArray[np.float64], cuts: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return the borders after Lloyd's steps, from bins to single values."""
+    for _ in range(1000):
+        means = np.add.reduceat(x * weights, cuts[:-1]) / np.add.reduceat(weights, cuts[:-1])
+        inner = np.searchsorted(x, (means[1:] + means[:-1]) / 2, side="right")
+        moved = np.concatenate([cuts[:1], inner, cuts[-1:]])
+        if np.array_equal(moved, cuts):
+            break
+        cuts = moved
+    return cuts
 
 
 def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> NDArray[np.int64]:
@@ -247,8 +267,11 @@ def _layer(
 
 
 def _fit_space(
-    values: NDArray[np.float64], k: int, settings: SubcategorizationSettings
+    values: NDArray[np.float64], distinct: NDArray[np.float64], k: int, settings: SubcategorizationSettings
 ) -> tuple[NDArray[np.float64], str]:
+    """Return centroids of sorted value vectors, in the order of their ranks."""
+    if len(distinct) == k:
+        return _in_order(distinct, values), "optimal"
     from sklearn.cluster import KMeans
 
     sample, method = values, "k-means"
@@ -265,11 +288,16 @@ def _fit_space(
         if np.array_equal(moved, centroids):
             break
         centroids = moved
+    return _in_order(centroids, values), method
+
+
+def _in_order(centroids: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the centroids along the first principal axis of the values, its first component ascending."""
     axis = np.linalg.eigh(np.cov(values.T) if len(values) > 1 else np.eye(values.shape[1]))[1][:, -1]
     leading = axis[np.flatnonzero(np.abs(axis) > 1e-9)[0]]
     projection = np.round(centroids @ (axis * np.sign(leading)), DIGITS)
     order = np.lexsort((*centroids.T[::-1], projection))
-    return centroids[order], method
+    return centroids[order]
 
 
 def _nearest(values: NDArray[np.float64], centroids: NDArray[np.float64]) -> NDArray[np.int8]:
@@ -286,10 +314,8 @@ def _mean(x: NDArray[np.float64], weights: NDArray[np.int64]) -> float:
 
 def _mean_vector(values: NDArray[np.float64]) -> NDArray[np.float64]:
     if len(values) > EXACT_LIMIT:
-        mean: NDArray[np.float64] = np.round(values.mean(axis=0), DIGITS) + 0.0
-        return mean
-    exact: NDArray[np.float64] = np.round([fsum(c) / len(values) for c in values.T], DIGITS) + 0.0
-    return exact
+        return rounded(values.mean(axis=0))
+    return rounded(np.array([fsum(component) / len(values) for component in values.T]))
 
 
 def _at_most(bound: Decimal) -> float:

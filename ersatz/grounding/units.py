@@ -7,7 +7,7 @@ from math import fsum
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.measurements import DIGITS, Column, Measurements
+from ersatz.measurements import Column, Measurements, rounded
 
 
 class ObservationUnit(StrEnum):
@@ -71,7 +71,7 @@ def unit_values(
     rows : (n,) int64 array, ascending indices of units
     values : (n, d) float64 array, in the property's unit
         For an instance the mean of its observations, each component summed exactly (`math.fsum`) and
-        rounded to `DIGITS` fraction digits, so that no order of reading changes it.
+        `rounded`, so that no order of reading changes it.
     """
     if units.kind is ObservationUnit.INSTANCE:
         return _means(column)
@@ -105,4 +105,4 @@ def _means(column: Column) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     for at in np.flatnonzero(count > 1):
         repeated = column.values[first[at] : first[at] + count[at]]
         values[at] = [fsum(component) / len(repeated) for component in repeated.T]
-    return rows.astype(np.int64), np.round(values, DIGITS) + 0.0
+    return rows.astype(np.int64), rounded(values)

@@ -99,9 +99,10 @@ def remembered(kb: "KnowledgeBase") -> dict[str, str]:
 
 def all_substitution_lines(kb: "KnowledgeBase") -> Iterator[str]:
     """Yield every triple of every substitution model, up to date or not."""
+    model = f"?model a {v.SUBSTITUTION_MODEL}"
     results: Any = kb.construct(
-        f"CONSTRUCT {{ ?s ?p ?o }} WHERE {{ ?model a {v.SUBSTITUTION_MODEL} . "
-        f"{{ BIND (?model AS ?s) }} UNION {{ ?model {v.HAS_CANDIDATE} ?s }} ?s ?p ?o }}"
+        f"CONSTRUCT {{ ?s ?p ?o }} WHERE {{ {{ {model} ; ?p ?o . BIND (?model AS ?s) }} "
+        f"UNION {{ {model} ; {v.HAS_CANDIDATE} ?s . ?s ?p ?o }} }}"
     )
     return lines_of(results)
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Candidate, SubstitutionModel
-from ersatz.knowledge.substitutions import load_substitution, remember, remembered, substitution_iri
+from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
+from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
 from ersatz.reasoner.explanation import (
     Comparison,
@@ -302,6 +303,8 @@ def rank_substitutes(
     InputError
         If nothing is available.
     """
+    if top is not None and top < 1:
+        raise InputError(f"top is {top}: rank at least one")
     settings = settings or ReasonerSettings()
     known = kb.view(load_knowledge)
     tool = _class_row(kb, known, missing)
@@ -312,10 +315,10 @@ def rank_substitutes(
     if model is None:
         found = relevance(index, tool, settings)
     else:
-        found, candidates = _recalled(known, index, model, candidates)
+        found, candidates = _recalled(known, index, tool, model, candidates)
     ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
     if remember and model is None and ranking.status is Status.OK:
-        _remember(kb, ranking)
+        write_model(kb, ranking.model())
     return ranking
 
 
@@ -381,7 +384,8 @@ def _candidates(
     bits, packed = index.body_bits[rows], index.body[rows]
     same = np.zeros(len(rows), dtype=bool)
     if instances:
-        extra = [_instance(kb, known, index, name) for name in dict.fromkeys(instances)]
+        wanted = dict.fromkeys(kb.resolve(name, "instance") for name in instances)
+        extra = [_instance(kb, known, index, iri) for iri in wanted]
         names += [one[0] for one in extra]
         iris += [one[1] for one in extra]
         same = np.concatenate([same, [one[2] == known.classes.iris[tool] for one in extra]])
@@ -392,10 +396,9 @@ def _candidates(
 
 
 def _instance(
-    kb: KnowledgeBase, known: Knowledge, index: Index, name: str
+    kb: KnowledgeBase, known: Knowledge, index: Index, iri: str
 ) -> tuple[str, str, str, NDArray[np.bool_]]:
     """Return name, IRI, class and physical qualities of a perceived instance."""
-    iri = kb.resolve(name, "instance")
     held = kb.ask("instance_qualities", instances=[iri])
     column = {quality.iri: at for at, quality in enumerate(known.qualities)}
     bits = np.zeros(len(known.qualities), dtype=bool)
@@ -451,11 +454,12 @@ def _recall(
     if name not in up_to_date:
         return None
     model = load_substitution(kb, name)
-    return model if set(candidates.iris) <= {candidate.iri for candidate in model.candidates} else None
+    covered = {iri, *(candidate.iri for candidate in model.candidates)}
+    return model if covered.issuperset(candidates.iris) else None
 
 
 def _recalled(
-    known: Knowledge, index: Index, model: SubstitutionModel, candidates: Candidates
+    known: Knowledge, index: Index, tool: int, model: SubstitutionModel, candidates: Candidates
 ) -> tuple[Relevance, Candidates]:
     """Return relevance and candidates as the remembered answer has them."""
     column = {quality.name: at for at, quality in enumerate(known.qualities)}
@@ -465,18 +469,14 @@ def _recalled(
         row[[column[name] for name in names]] = True
         return row
 
-    of = {candidate.iri: candidate for candidate in model.candidates}
-    rows = np.array([bits((*of[iri].shared, *of[iri].extra)) for iri in candidates.iris])
-    functions = tuple(known.functions.names.index(name) for name in model.relevant_functional)
+    of = {one.iri: (*one.shared, *one.extra) for one in model.candidates}
+    rows = np.array([bits(of.get(iri, ())) for iri in candidates.iris])
+    functions = tuple(sorted(known.functions.names.index(name) for name in model.relevant_functional))
     physical = bits(model.relevant_physical)
-    through = index.function_bits[list(functions)] & physical
+    through = index.function_bits[list(functions)] & index.bits[tool]
     found = Relevance(physical, functions, through, fallback=not functions)
     same = candidates.same_class
     return found, Candidates(candidates.names, candidates.iris, rows, pack(rows), candidates.rows, same)
-
-
-def _remember(kb: KnowledgeBase, ranking: Ranking) -> None:
-    remember(kb, ranking.model())
 
 
 def _rounded(numerator: int, denominator: int) -> Decimal:

@@ -191,7 +191,7 @@ def test_a_fit_in_space_is_no_worse_than_ten_starts_of_scikit_learn(seed: int) -
 def test_a_fit_in_space_does_not_depend_on_the_order_of_rows(seed: int) -> None:
     values = cloud(seed)
     shuffled = values[np.random.default_rng(seed + 100).permutation(len(values))]
-    one, two = learn_qualities(values, SPACE), learn_qualities(shuffled, SPACE)
+    one, two = (learn_qualities(v, SPACE, SubcategorizationSettings(restarts=40)) for v in (values, shuffled))
     assert np.array_equal(one.centroids, two.centroids)
     labels = one.assign(values)
     for k in range(4):
@@ -202,7 +202,7 @@ def test_a_fit_in_space_does_not_depend_on_the_number_of_threads() -> None:
     code = (
         "import numpy as np; from tests.grounding.test_subcategorization import cloud, SPACE;"
         "from ersatz.grounding.subcategorization import learn_qualities, SubcategorizationSettings;"
-        "q = learn_qualities(cloud(1, 3000), SPACE, SubcategorizationSettings(restarts=20));"
+        "q = learn_qualities(cloud(1, 3000), SPACE, SubcategorizationSettings(restarts=5));"
         "print(q.centroids.tobytes().hex())"
     )
     found = {
@@ -221,7 +221,7 @@ def test_a_fit_in_space_does_not_depend_on_the_number_of_threads() -> None:
 def test_a_large_fit_in_space_starts_from_a_seeded_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(subcategorization, "SAMPLE_LIMIT", 500)
     values = cloud(2, 2000)
-    fitted = [learn_qualities(values, SPACE, SubcategorizationSettings(restarts=20)) for _ in range(2)]
+    fitted = [learn_qualities(values, SPACE, SubcategorizationSettings(restarts=5)) for _ in range(2)]
     assert fitted[0].method == "sampled k-means"
     assert np.array_equal(fitted[0].centroids, fitted[1].centroids)
     labels = fitted[0].assign(values)
