@@ -253,7 +253,7 @@ CONTRADICTIONS = [
     ("substitute and not", "substitution", insert(f"{TRAY} ersatz:nonSubstitute kb:model_Plate")),
     ("candidates merged", "substitution", insert("kb:model_Plate owl:sameAs kb:model_Sponge")),
     ("two counts", "two_classes", insert("kb:Bowl__weight_1 ersatz:count 2.5")),
-    ("machine is human", "two_classes", insert("kb:bowl_01__weight ersatz:origin ersatz:machine")),
+    ("two ranks", "two_classes", insert("kb:weight_1 ersatz:rank 2")),
 ]
 
 
