@@ -273,3 +273,32 @@ def _correlated(shape: tuple[int, ...], width: int, rng: np.random.Generator) ->
     windows = np.lib.stride_tricks.sliding_window_view(noise, (width, width))
     smooth: NDArray[np.float64] = windows.sum(axis=(2, 3)) / width
     return smooth
+
+
+def cloud_view(points: NDArray[np.float64], eye: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return those points of a cloud of all sides that are seen from `eye`.
+
+    By hidden point removal (Katz, Tal, Basri, 2007); the sensor's noise is already in the points.
+
+    Parameters
+    ----------
+    points : (n, 3) array, metres
+    eye : (3,) array, metres
+
+    Returns
+    -------
+    (m, 3) array, metres
+
+    Raises
+    ------
+    ScanError
+        If nothing is seen.
+    """
+    library = open3d()
+    cloud = library.geometry.PointCloud(library.utility.Vector3dVector(points))
+    reach = float(np.linalg.norm(np.ptp(points, axis=0))) * 1000
+    try:
+        _, index = cloud.hidden_point_removal(eye, reach)
+    except RuntimeError as error:
+        raise ScanError(f"{len(points)} points cannot be seen from {np.round(eye, 3).tolist()} m: {error}") from error
+    return points[np.sort(np.asarray(index))]
