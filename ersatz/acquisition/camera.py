@@ -86,7 +86,10 @@ class CameraSettings:
     distance : float, metres
         From the sensor to the object's middle (Washington: about 0.7).
     upper : bool
-        Only look from above (+z is up), as a robot does; else from all sides.
+        Only look from 20 to 70 degrees above the file's xy-plane, as Washington's camera did; else from all
+        sides.
+    fewest : int
+        Pixels below which a view is not taken, but one from 20 degrees beside it.
     seed : int
     intrinsics : Intrinsics
     noise : SensorNoise
@@ -94,7 +97,8 @@ class CameraSettings:
 
     views: int = 6
     distance: float = 0.7
-    upper: bool = False
+    upper: bool = True
+    fewest: int = 200
     seed: int = 0
     intrinsics: Intrinsics = field(default_factory=Intrinsics)
     noise: SensorNoise = field(default_factory=SensorNoise)
@@ -156,8 +160,16 @@ class VirtualCamera:
     def views(self, seed: int = 0) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield (points, eye) of each view, in the mesh's frame, metres; `seed` tells objects apart."""
         for number, direction in enumerate(viewing_directions(self.settings, seed)):
-            eye = self.mesh.centre + direction * self.settings.distance
-            yield self.view(eye, [self.settings.seed, seed, number]), eye
+            rng = np.random.default_rng([self.settings.seed, seed, number])
+            for _ in range(10):
+                eye = self.mesh.centre + direction * self.settings.distance
+                points = self.view(eye, [self.settings.seed, seed, number])
+                if len(points) >= self.settings.fewest:
+                    break
+                # A sheet seen from its edge: a robot would step aside, and so does the camera.
+                aside = direction + np.tan(np.radians(20)) * np.cross(direction, rng.normal(size=3))
+                direction = aside / np.linalg.norm(aside)
+            yield points, eye
 
     def view(self, eye: NDArray[np.float64], seed: int | list[int] = 0) -> NDArray[np.float64]:
         """Return what is seen from `eye`, looking at the mesh's middle.
@@ -172,12 +184,12 @@ class VirtualCamera:
         Returns
         -------
         (n, 3) array, metres
-            Points in the mesh's frame, one a pixel that hit the surface.
+            Points in the mesh's frame, one a pixel that hit the surface; possibly none.
 
         Raises
         ------
         ScanError
-            If nothing is seen.
+            If the camera stands inside the object.
         """
         camera = self.settings.intrinsics
         axes = look_at(eye, self.mesh.centre)
@@ -185,8 +197,6 @@ class VirtualCamera:
         depth, slant = self._cast(rays, axes, eye)
         noisy = add_noise(depth, slant, self.settings, np.random.default_rng(seed))
         seen = np.isfinite(noisy)
-        if not seen.any():
-            raise ScanError(f"the camera at {np.round(eye, 3).tolist()} m sees nothing of the mesh")
         z = noisy[seen]
         x = (np.broadcast_to(columns, depth.shape)[seen] - camera.cx) / camera.fx * z
         y = (np.broadcast_to(rows[:, None], depth.shape)[seen] - camera.cy) / camera.fy * z

@@ -77,10 +77,14 @@ def sample_densely(mesh: Mesh, spacing: float) -> SurfaceSamples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Grid:
-    """Voxels around a surface; axis 2 points up, one empty voxel on every side."""
+    """Voxels around a surface; axis 2 points up, one empty voxel on every side.
+
+    `facing` is the share of a voxel's surface that looks along -x, +x, -y, +y, -z, +z; `offset` is the signed
+    distance from the surface to the voxel's centre in edges, positive on the outer side.
+    """
 
     wall: NDArray[np.bool_]
-    normal: NDArray[np.float32]
+    facing: NDArray[np.float32]
     offset: NDArray[np.float32]
     edge: float
 
@@ -94,19 +98,33 @@ def _voxels(samples: SurfaceSamples, rotation: NDArray[np.float64], edge: float)
     filled, inverse = np.unique(key, return_inverse=True)
     weight = np.bincount(inverse, samples.weights)
     normals = samples.normals @ rotation.T
-    normal = np.stack([np.bincount(inverse, samples.weights * column) for column in normals.T], axis=1)
-    normal /= weight[:, None]
+    sides = [np.bincount(inverse, samples.weights * np.maximum(s * n, 0)) for n in normals.T for s in (-1, 1)]
     middle = (cells - 0.5) * edge + points.min(axis=0)
-    # Signed distance from the surface to the voxel's centre, in edges: positive on the outer side.
     ahead = ((middle - points) * normals).sum(axis=1) / edge
     offset = np.bincount(inverse, samples.weights * ahead) / weight
     wall = np.zeros(shape, dtype=bool)
     wall.ravel()[filled] = True
-    normal_grid = np.zeros((*shape, 3), dtype=np.float32)
-    normal_grid.reshape(-1, 3)[filled] = normal
+    facing = np.zeros((6, *shape), dtype=np.float32)
+    facing.reshape(6, -1)[:, filled] = np.stack(sides) / weight
     offset_grid = np.zeros(shape, dtype=np.float32)
     offset_grid.ravel()[filled] = offset
-    return _Grid(wall, normal_grid, offset_grid, edge)
+    return _Grid(wall, facing, offset_grid, edge)
+
+
+def _wet(wall: NDArray[np.bool_], plug: int) -> NDArray[np.bool_]:
+    """Return the air voxels that hold water once holes up to `plug` voxels around are closed.
+
+    Walls are thickened sideways only, so that neither brim nor floor rises, and thinned again.
+    """
+    if plug == 0:
+        return ~wall & ~_drained(wall)
+    sideways = np.zeros((3, 3, 3), dtype=bool)
+    sideways[:, 1, 1] = sideways[1, :, 1] = True
+    wide = np.pad(wall, ((plug, plug), (plug, plug), (0, 0)))
+    thick = ndimage.binary_dilation(wide, sideways, plug)
+    wet = ~thick & ~_drained(thick)
+    grown = ndimage.binary_dilation(wet, sideways, plug, mask=~wide)
+    return grown[plug:-plug, plug:-plug]
 
 
 def _drained(wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -161,7 +179,7 @@ def rotation_to(up: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([side, np.cross(up, side), up])
 
 
-def fill(samples: SurfaceSamples, up: NDArray[np.float64], edge: float) -> Filling:
+def fill(samples: SurfaceSamples, up: NDArray[np.float64], edge: float, plug: float = 0.003) -> Filling:
     """Pour water over a surface and return what stays.
 
     Parameters
@@ -172,13 +190,15 @@ def fill(samples: SurfaceSamples, up: NDArray[np.float64], edge: float) -> Filli
         Direction the water comes from.
     edge : float, metres
         Of a voxel.
+    plug : float, metres
+        Radius of holes that are taken for faults of the scan and closed.
 
     Returns
     -------
     Filling
     """
     grid = _voxels(samples, rotation_to(up), edge)
-    wet = ~grid.wall & ~_drained(grid.wall)
+    wet = _wet(grid.wall, round(plug / edge))
     if not wet.any():
         return Filling(0.0, 0.0, 0.0)
     reachable, _ = ndimage.label(~grid.wall)
@@ -192,7 +212,8 @@ def fill(samples: SurfaceSamples, up: NDArray[np.float64], edge: float) -> Filli
     share = facing / np.maximum(touching, 1e-12)
     enclosed = ~ndimage.labeled_comprehension(outside, pools, np.arange(1, count + 1), np.any, bool, False)
     air = real & (share > 0.7)
-    doubtful = real & (share > 0.3) & ~air
+    # Water from outside that touches the back of the surface: a scan hole, or a vessel of one sheet.
+    doubtful = real & ~air & ((share > 0.3) | ~enclosed)
     return Filling(
         float(volumes[air & ~enclosed].sum()),
         float(volumes[air & enclosed].sum()),
@@ -209,16 +230,19 @@ def _banks(
     """
     facing, touching = np.zeros(count + 1), np.zeros(count + 1)
     owner = np.zeros(grid.wall.shape, dtype=np.int64)
-    for axis, sign in product(range(3), (-1, 1)):
-        beside = np.roll(pools, -sign, axis)
+    thin = np.zeros(grid.wall.shape, dtype=bool)
+    for axis, step in product(range(3), (0, 1)):
+        beside = np.roll(pools, 1 - 2 * step, axis)
         bank = grid.wall & (beside > 0)
-        looks = grid.normal[bank][:, axis] * sign
+        towards, away = grid.facing[2 * axis + step][bank], grid.facing[2 * axis + 1 - step][bank]
         pool = beside[bank]
-        facing += np.bincount(pool, np.maximum(looks, 0), count + 1)
-        touching += np.bincount(pool, np.abs(looks), count + 1)
-        owner[bank & (grid.normal[..., axis] * sign > 0)] = beside[bank & (grid.normal[..., axis] * sign > 0)]
+        # A wall thinner than a voxel looks both ways; a hole's other side only ever looks away.
+        looks = towards > 0.25 * (towards + away)
+        facing += np.bincount(pool, (towards + away) * looks, count + 1)
+        touching += np.bincount(pool, towards + away, count + 1)
+        owner[bank] = np.where(towards > 0, pool, owner[bank])
+        thin[bank] |= np.minimum(towards, away) > 0.1
     banks = owner > 0
-    clear = np.linalg.norm(grid.normal[banks], axis=1)
-    shares = np.clip(0.5 + grid.offset[banks], 0, 1) * (clear > 0.3)
+    shares = np.clip(0.5 + grid.offset[banks], 0, 1) * ~thin[banks]
     partial = np.bincount(owner[banks], shares, count + 1)
     return facing[1:], touching[1:], partial[1:]

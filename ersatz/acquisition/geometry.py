@@ -34,8 +34,8 @@ class GeometrySettings:
         Share of the hull's volume beyond which contradictory surfaces make hollowness unknown.
     """
 
-    voxels: int = 400_000
-    coarse_voxels: int = 20_000
+    voxels: int = 250_000
+    coarse_voxels: int = 12_000
     level: float = 0.005
     slope: float = 15.0
     doubt: float = 0.05
@@ -280,7 +280,7 @@ def _held(filling: Filling) -> float:
 def _edge(mesh: Mesh, axes: NDArray[np.float64], voxels: int) -> float:
     """Return the edge of voxels of which so many fill the box around the mesh, metres."""
     spans = np.ptp(mesh.vertices @ axes.T, axis=0)
-    return float(np.prod(np.maximum(spans, spans.max() / 100)) / voxels) ** (1 / 3)
+    return float(np.prod(np.maximum(spans, spans.max() / 30)) / voxels) ** (1 / 3)
 
 
 def enclosed_volume(mesh: Mesh) -> float | None:

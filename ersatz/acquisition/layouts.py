@@ -1,12 +1,14 @@
 """Folders of scans: finding the files, and loading them one after another.
 
-Three layouts are known:
+Four layouts are known:
 
 * a folder with a `manifest.csv`: columns `category`, `id`, `file` (relative to the folder; default `<id>.ply`),
   and optionally `kind` ("cad" marks a model of no particular thing), `mass_kg`, `dup_group` (scans of one
   product share it), `licence`, `source`, `unit`;
 * `<class>/<instance>/<scan>` or `<class>/<scan>`;
-* the Washington RGB-D data set: `<class>/<class>_<n>/<class>_<n>_<video>_<frame>.pcd` (or `_depthcrop.png`).
+* the Washington RGB-D data set: `<class>/<class>_<n>/<class>_<n>_<video>_<frame>.pcd` (or `_depthcrop.png`),
+  with or without a folder `rgbd-dataset` around it;
+* the YCB object set: `<number>_<class>/google_16k/nontextured.ply`.
 
 A file with a mesh yields the whole object and some views of it by a virtual camera.
 """
@@ -56,6 +58,8 @@ PAPER_SELECTION: Final = {
 """Instances and scans per instance of the paper's Table 1: 692 scans of 146 objects."""
 
 WASHINGTON: Final = re.compile(r"(?P<class>.+)_(?P<number>\d+)_(?P<video>\d+)_(?P<frame>\d+)(_depthcrop)?")
+
+YCB: Final = re.compile(r"\d{3}(-[a-z])?_(?P<class>[a-z_]+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +170,8 @@ def _of_manifest(manifest: Path) -> list[ScanFile]:
 
 def _of_tree(folder: Path) -> list[ScanFile]:
     files = []
+    inner = folder / "rgbd-dataset"
+    folder = inner if inner.is_dir() else folder
     for path in sorted(p for p in folder.glob("*/**/*") if p.is_file()):
         place = path.relative_to(folder).parts
         known = path.suffix.lower() in READERS and path.suffix.lower() != ".txt"
@@ -173,7 +179,11 @@ def _of_tree(folder: Path) -> list[ScanFile]:
             continue
         match = WASHINGTON.fullmatch(path.stem)
         object_class = place[0].replace("_", " ")
-        if match and len(place) == 3:
+        ycb = YCB.fullmatch(place[0])
+        if ycb and place[1] == "google_16k":
+            if path.name == "nontextured.ply":
+                files.append(ScanFile(path, ycb["class"].replace("_", " "), place[0], credit="YCB; CC-BY-4.0"))
+        elif match and len(place) == 3:
             seen = f"{match['video']}_{match['frame']}"
             files.append(ScanFile(path, object_class, place[1], seen, credit="Washington RGB-D Object Dataset"))
         elif len(place) >= 3:
