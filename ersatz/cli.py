@@ -130,9 +130,27 @@ def build(
         list[Path] | None, typer.Option(help="A property table, CSV or Parquet; repeatable.")
     ] = None,
     rocs: Annotated[Path | None, typer.Option(help="A folder laid out as the RoCS data set.")] = None,
+    scans: Annotated[Path | None, typer.Option(help="A folder of scans.")] = None,
+    models: Annotated[
+        list[str] | None, typer.Option(help="category=number of parametric models, synthetic; repeatable.")
+    ] = None,
+    unlabelled: Annotated[
+        Path | None, typer.Option(help="A folder of scans to learn shape concepts from.")
+    ] = None,
+    concepts: Annotated[
+        Path | None, typer.Option(help="Shape concepts learned before; without either, the shipped ones.")
+    ] = None,
     expert: Annotated[
         str | None, typer.Option(help="Expert distributions (TOML), or household for the shipped ones.")
     ] = None,
+    shape_concepts: Annotated[int, typer.Option(help="How many shape concepts to learn.")] = 4,
+    views: Annotated[int, typer.Option(help="Virtual views of an object known from all sides.")] = 6,
+    paper_selection: Annotated[
+        bool,
+        typer.Option("--paper-selection", help="Only the categories and numbers of the paper's Table 1."),
+    ] = False,
+    keep_going: Annotated[bool, typer.Option("--keep-going", help="Leave broken scans out.")] = False,
+    workers: Annotated[int, typer.Option(help="Processes that measure scans.")] = 1,
     clusters: Annotated[int, typer.Option(help="Qualities per property, the paper's eta.")] = 4,
     unit: Annotated[Unit, typer.Option(help="What is counted.")] = Unit.INSTANCE,
     representative: Annotated[
@@ -148,25 +166,35 @@ def build(
 
     Example: ersatz build kb.ttl --tables objects.csv --expert household
     """
+    from ersatz.acquisition.sources import AcquisitionSettings
     from ersatz.grounding.subcategorization import SubcategorizationSettings
     from ersatz.grounding.units import ObservationUnit
     from ersatz.knowledge.queries import exact
     from ersatz.pipeline import Settings
-    from ersatz.pipeline import build as ground
+    from ersatz.pipeline import build as build_kb
     from ersatz.resources import DATA
 
     source = DATA / "expert.toml" if expert == SHIPPED_EXPERT else expert
     settings = Settings(
+        AcquisitionSettings(seed, shape_concepts, views, paper_selection, keep_going, workers),
         SubcategorizationSettings(clusters, seed=seed),
         ObservationUnit(unit),
         exact(representative, "representative"),
-        expert_seed=seed,
         classes_only=classes_only,
         time=_build_time(time),
     )
     with _progress() as report:
-        kb = ground(
-            tables=tables or (), rocs=rocs, expert=source, settings=settings, out=out, progress=report
+        kb = build_kb(
+            tables=tables or (),
+            rocs=rocs,
+            scans=scans,
+            models=_counts(models or []),
+            unlabelled=unlabelled,
+            concepts=concepts,
+            expert=source,
+            settings=settings,
+            out=out,
+            progress=report,
         )
     counted = sum(int(str(row["instances"])) for row in kb.ask("classes"))
     _console(err=True).print(
@@ -232,6 +260,31 @@ def substitute(
 
         show_ranking(_console(), ranking)
     raise typer.Exit(0 if ranking.status is Status.OK else 1)
+
+
+@app.command()
+def ground(
+    location: Location,
+    scan: Annotated[Path, typer.Argument(help="A scan of an object: PLY, PCD, OBJ, STL, NPZ, ...")],
+    mass: Annotated[float | None, typer.Option(help="Mass in kg, where it was weighed.")] = None,
+    concepts: Annotated[
+        Path | None, typer.Option(help="The knowledge base's shape concepts, where not beside it.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Tell what an unknown object is like, and what it could stand in for.
+
+    Example: ersatz ground household mug.ply
+    """
+    from ersatz.pipeline import ground as ground_scan
+
+    grounded = ground_scan(_open(location), scan, concepts=concepts, mass=mass)
+    if as_json:
+        _print_json(grounded.to_json())
+    else:
+        from ersatz.display import show_grounded
+
+        show_grounded(_console(), grounded)
 
 
 @app.command()
@@ -346,6 +399,16 @@ def _save(kb: "KnowledgeBase", otherwise: str = "") -> None:
         if not otherwise:
             raise
         warnings.warn(f"{otherwise}: {error}", ErsatzWarning, stacklevel=2)
+
+
+def _counts(options: Sequence[str]) -> dict[str, int]:
+    counts = {}
+    for one in options:
+        name, _, number = one.partition("=")
+        if not number.isdigit() or int(number) < 1:
+            raise InputError(f"--models {one!r}: write category=number, such as binder=3")
+        counts[name] = int(number)
+    return counts
 
 
 def _properties(names: str | None) -> tuple[str, ...] | None:

@@ -1,6 +1,7 @@
 """What the command line shows a person: tables and sentences, by Rich."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -14,6 +15,9 @@ from ersatz.knowledge.terms import degree_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
 from ersatz.reasoner.substitution import Ranking, Status
+
+if TYPE_CHECKING:
+    from ersatz.pipeline import Grounded
 
 BAR = 10
 """Characters of a full bar."""
@@ -44,6 +48,22 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
         console.print(f"  … and {len(ranking) - most} more", style="dim")
     if ranking.reused:
         console.print("Remembered from an earlier question.", style="dim")
+
+
+def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None:
+    """Print what a scan tells: the qualities held, the nearest classes, and what it could stand in for."""
+    held = Table("property", "quality", "value", "unit", box=None, pad_edge=False)
+    for one in grounded.held:
+        unit = "" if one.unit == "1" else one.unit
+        held.add_row(one.property, one.quality, " x ".join(f"{value:.3g}" for value in one.value), unit)
+    console.print(f"[bold]{grounded.scan}[/bold]", held, highlight=False)
+    likes = Table("like", "", box=None, pad_edge=False)
+    for like in grounded.classes[:most]:
+        likes.add_row(like.name, bar(float(like.similarity)))
+    roles = Table("could stand in for", "", box=None, pad_edge=False)
+    for role in [role for role in grounded.roles if role.accepted][:most]:
+        roles.add_row(role.tool, bar(float(role.similarity)))
+    console.print(likes, roles if roles.row_count else "It stands in for nothing that is known.")
 
 
 def show_knowledge(console: Console, kb: KnowledgeBase) -> None:

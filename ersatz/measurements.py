@@ -6,7 +6,7 @@ origin, source). Missing values are absent rows. Nothing here knows how a value 
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final, TypeAlias
 
@@ -288,10 +288,9 @@ class Measurements:
             raise InputError(
                 "no measurements: the input holds no value at all; give a table with at least one row"
             )
-        strings = np.dtypes.StringDType()
-        classes_of = [np.asarray(block.object_class, dtype=strings) for block in blocks]
-        names_of = [np.asarray(block.instance, dtype=strings) for block in blocks]
-        seen_of = [np.asarray(block.observation, dtype=strings) for block in blocks]
+        classes_of = [_strings(block.object_class) for block in blocks]
+        names_of = [_strings(block.instance) for block in blocks]
+        seen_of = [_strings(block.observation) for block in blocks]
         classes, class_code = np.unique(np.concatenate(classes_of), return_inverse=True)
         names, name_code = np.unique(np.concatenate(names_of), return_inverse=True)
         observations, seen_code = np.unique(np.concatenate(seen_of), return_inverse=True)
@@ -351,6 +350,40 @@ class Measurements:
                     ORIGINS[origin],
                     self.sources[source],
                 )
+
+
+def instance_names(blocks: Iterable[Block]) -> dict[str, list[str]]:
+    """Return the names of the instances the blocks are of, sorted, by object class."""
+    names: dict[str, set[str]] = {}
+    for block in blocks:
+        for label, instance in zip(map(str, block.object_class), map(str, block.instance), strict=True):
+            names.setdefault(label, set()).add(instance)
+    return {label: sorted(of) for label, of in sorted(names.items())}
+
+
+def unmeasured(judged: Iterable[Block], measured: Iterable[Block]) -> list[Block]:
+    """Return the judged values of what was not measured: a measurement beats an expert's word."""
+    taken: dict[str, set[str]] = {}
+    for block in measured:
+        taken.setdefault(block.property.name, set()).update(map(str, block.instance))
+    kept = []
+    for block in judged:
+        known = taken.get(block.property.name, set())
+        rows = np.array([str(instance) not in known for instance in block.instance], dtype=bool)
+        kept.append(
+            replace(
+                block,
+                object_class=_strings(block.object_class)[rows],
+                instance=_strings(block.instance)[rows],
+                observation=_strings(block.observation)[rows],
+                values=block.values[rows],
+            )
+        )
+    return kept
+
+
+def _strings(names: Sequence[str] | Strings) -> Strings:
+    return np.asarray(names, dtype=np.dtypes.StringDType())
 
 
 def _column(

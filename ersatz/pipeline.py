@@ -1,13 +1,16 @@
-"""The line once, one call a stage: measurement, quality, membership, knowledge base."""
+"""The line once, one call a stage: scan, shape, measurement, quality, membership, knowledge base."""
 
 import json
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ersatz import __version__
+from ersatz.acquisition.sources import AcquisitionSettings, Progress, Sources, acquire, concepts_beside
 from ersatz.errors import InputError
 from ersatz.grounding.attribution import attribute
 from ersatz.grounding.conceptualization import conceptualize
@@ -16,11 +19,20 @@ from ersatz.grounding.units import ObservationUnit, find_units, unit_values
 from ersatz.knowledge.base import KnowledgeBase, check_target
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.terms import finite, plain
+from ersatz.knowledge.updates import read_qualities
 from ersatz.knowledge.writer import BuildRecord, knowledge
-from ersatz.measurements import Block, Measurements
+from ersatz.measurements import DIGITS, Block, Measurements, Source
+from ersatz.reasoner.recognition import Likeness, Role, nearest_classes, possible_roles
+from ersatz.reasoner.relevance import ReasonerSettings
 
-Progress: TypeAlias = Callable[[str, float], None]
-"""Told the name of the stage and the share of the work done, in [0, 1]."""
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ersatz.acquisition.scans import Scan
+    from ersatz.acquisition.shape_concepts import ShapeConcepts
+
+CONCEPTS_SOURCE = "shape concepts"
+"""Name of the source that states the SHA-256 of the shape concepts."""
 
 
 def silent(_stage: str, _share: float) -> None:
@@ -33,24 +45,24 @@ class Settings:
 
     Attributes
     ----------
+    acquisition : AcquisitionSettings
+        Views, number of shape concepts, seed of the expert's draws.
     subcategorization : SubcategorizationSettings
         Qualities per property, restarts, seed.
     unit : ObservationUnit
         What is counted: instances (default), or every observation of them.
     theta : Fraction
         Representative threshold at which `ersatz:representativeQuality` is written down; in (0, 1].
-    expert_seed : int
-        Of the draws from expert distributions.
     classes_only : bool
         Leave the instances out; then nothing can be observed or forgotten later.
     time : str or None
         xsd:dateTime of the build.
     """
 
+    acquisition: AcquisitionSettings = field(default_factory=AcquisitionSettings)
     subcategorization: SubcategorizationSettings = field(default_factory=SubcategorizationSettings)
     unit: ObservationUnit = ObservationUnit.INSTANCE
     theta: Fraction = Fraction(35, 100)
-    expert_seed: int = 0
     classes_only: bool = False
     time: str | None = None
 
@@ -64,10 +76,12 @@ class Settings:
         """Return what decides the result as JSON."""
         return json.dumps(
             {
+                "expert_seed": self.acquisition.expert_seed,
+                "shape_concepts": self.acquisition.shape_concepts,
+                "views": self.acquisition.views,
                 "clusters": self.subcategorization.clusters,
                 "restarts": self.subcategorization.restarts,
                 "seed": self.subcategorization.seed,
-                "expert_seed": self.expert_seed,
                 "unit": str(self.unit),
                 "theta": plain(finite(self.theta)),
                 "classes_only": self.classes_only,
@@ -78,26 +92,24 @@ class Settings:
 
 def build(
     *,
-    blocks: Iterable[Block] = (),
+    blocks: Sequence[Block] = (),
     tables: Sequence[str | Path] = (),
     rocs: str | Path | None = None,
+    scans: "str | Path | Iterable[Scan] | None" = None,
+    models: Mapping[str, int] | None = None,
+    unlabelled: str | Path | None = None,
+    concepts: str | Path | None = None,
     expert: str | Path | None = None,
     settings: Settings | None = None,
     out: str | Path | None = None,
     progress: Progress = silent,
 ) -> KnowledgeBase:
-    """Ground a knowledge base: from measured and judged values to class knowledge and function models.
+    """Ground a knowledge base: from scanned, measured and judged values to class knowledge and functions.
 
     Parameters
     ----------
-    blocks : iterable of Block
-        Measurements made elsewhere.
-    tables : sequence of paths
-        Property tables, CSV or Parquet.
-    rocs : path
-        A folder laid out as the RoCS data set.
-    expert : path
-        Expert distributions to draw from, for what was not measured.
+    blocks, tables, rocs, scans, models, unlabelled, concepts, expert
+        Where values come from; see `ersatz.acquisition.sources.Sources`.
     settings : Settings
     out : path
         File or directory to write; without it the knowledge base lives in memory.
@@ -112,20 +124,149 @@ def build(
     settings = settings or Settings()
     if out is not None:
         check_target(Path(out))
-    progress("reading measurements", 0.0)
-    measurements = acquire(blocks, tables, rocs, expert, settings.expert_seed)
+    sources = Sources(blocks, tables, rocs, scans, models or {}, unlabelled, concepts, expert)
+    measurements, learned = acquire(sources, settings.acquisition, progress)
     units = find_units(measurements, settings.unit)
     qualities = []
     for done, column in enumerate(measurements.columns):
         progress(
-            f"finding the qualities of {column.property.name}", 0.1 + 0.6 * done / len(measurements.columns)
+            f"finding the qualities of {column.property.name}", 0.6 + 0.3 * done / len(measurements.columns)
         )
         values = unit_values(column, units, measurements)[1]
         qualities.append(learn_qualities(values, column.property, settings.subcategorization))
-    progress("counting and writing", 0.7)
+    progress("counting and writing", 0.9)
     attribution = attribute(measurements, qualities, units)
     counts = conceptualize(attribution, measurements.classes)
-    record = BuildRecord(
+    record = _record(settings, measurements, learned)
+    lines = knowledge(measurements, units, attribution, counts, record, classes_only=settings.classes_only)
+    kb = KnowledgeBase.create(lines, Path(out) if out is not None else None)
+    if learned is not None and out is not None:
+        learned.save(concepts_beside(Path(out)))
+    return kb
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A quality an object holds, and the value it was assigned by, in the property's unit."""
+
+    quality: str
+    property: str
+    value: tuple[float, ...]
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Grounded:
+    """What a scan of an object nobody named tells.
+
+    Attributes
+    ----------
+    scan : str
+        The file's name.
+    held : tuple of Held
+    classes : tuple of Likeness
+        Most similar first; of the measured properties.
+    roles : tuple of Role
+        The missing tools it could stand in for, best first.
+    """
+
+    scan: str
+    held: tuple[Held, ...]
+    classes: tuple[Likeness, ...]
+    roles: tuple[Role, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        return {
+            "version": 1,
+            "scan": self.scan,
+            "held": [
+                {"quality": one.quality, "property": one.property, "value": list(one.value), "unit": one.unit}
+                for one in self.held
+            ],
+            "classes": [
+                {"name": one.name, "iri": one.iri, "similarity": float(one.similarity)}
+                for one in self.classes
+            ],
+            "stands_in_for": [
+                {
+                    "name": role.tool,
+                    "iri": role.iri,
+                    "similarity": float(role.similarity),
+                    "accepted": role.accepted,
+                }
+                for role in self.roles
+            ],
+        }
+
+
+def ground(
+    kb: KnowledgeBase,
+    scan: "str | Path | Scan",
+    *,
+    concepts: str | Path | None = None,
+    mass: float | None = None,
+    settings: ReasonerSettings | None = None,
+) -> Grounded:
+    """Ground one scan of an unknown object in a knowledge base; nothing is written.
+
+    Parameters
+    ----------
+    kb : KnowledgeBase
+    scan : path or Scan
+    concepts : path, optional
+        The shape concepts the knowledge base was built with; without it, the file beside it.
+    mass : float, kg, optional
+        Where the object was weighed.
+    settings : ReasonerSettings, optional
+
+    Raises
+    ------
+    ScanError
+        If the scan cannot be read or is too poor.
+    InputError
+        If the shape concepts are not those of the knowledge base.
+    """
+    from ersatz.acquisition.measuring import measure_scan
+    from ersatz.acquisition.scans import read_scan
+
+    seen = read_scan(Path(scan)) if isinstance(scan, str | Path) else scan
+    seen = seen if mass is None else replace(seen, mass=mass)
+    values = measure_scan(seen, _concepts_of(kb, concepts))
+    held = []
+    for qualities in read_qualities(kb):
+        name = qualities.property.name
+        if name in values:
+            row = qualities.assign(np.round([values[name]], DIGITS))[0]
+            held.append(Held(qualities.names[row], name, values[name], qualities.property.unit))
+    names = [one.quality for one in held]
+    return Grounded(
+        seen.source.name,
+        tuple(held),
+        nearest_classes(kb, names, settings),
+        possible_roles(kb, names, settings),
+    )
+
+
+def _concepts_of(kb: KnowledgeBase, given: str | Path | None) -> "ShapeConcepts | None":
+    """Return the shape concepts a knowledge base was built with; None if it was built without scans."""
+    from ersatz.acquisition.shape_concepts import ShapeConcepts
+
+    wanted = [row["sha256"] for row in kb.ask("sources") if row["file"] == CONCEPTS_SOURCE]
+    if not wanted:
+        return None
+    path = Path(given) if given is not None else concepts_beside(Path(kb.location))
+    if not path.exists():
+        raise InputError(f"there are no shape concepts at {str(path)!r}: say where they are with --concepts")
+    concepts = ShapeConcepts.load(path)
+    if concepts.sha256 not in wanted:
+        raise InputError(f"{str(path)!r} holds other shape concepts than {kb.location!r} was built with")
+    return concepts
+
+
+def _record(settings: Settings, measurements: Measurements, learned: "ShapeConcepts | None") -> BuildRecord:
+    concepts = () if learned is None else (Source(CONCEPTS_SOURCE, learned.sha256),)
+    return BuildRecord(
         settings.unit,
         settings.theta,
         settings.subcategorization.clusters,
@@ -133,29 +274,5 @@ def build(
         settings.to_json(),
         __version__,
         settings.time,
-        measurements.sources,
+        (*measurements.sources, *concepts),
     )
-    lines = knowledge(measurements, units, attribution, counts, record, classes_only=settings.classes_only)
-    return KnowledgeBase.create(lines, Path(out) if out is not None else None)
-
-
-def acquire(
-    blocks: Iterable[Block],
-    tables: Sequence[str | Path],
-    rocs: str | Path | None,
-    expert: str | Path | None,
-    seed: int,
-) -> Measurements:
-    """Read everything measured, and draw from the expert's distributions what was not."""
-    from ersatz.acquisition.expert import read_expert
-    from ersatz.acquisition.rocs import read_rocs
-    from ersatz.acquisition.tables import read_table
-
-    found = list(blocks)
-    for table in tables:
-        found += read_table(Path(table))
-    if rocs is not None:
-        found += read_rocs(Path(rocs))
-    if expert is not None:
-        found += read_expert(Path(expert)).sample(seed)
-    return Measurements.collect(found)

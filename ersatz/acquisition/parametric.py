@@ -3,7 +3,7 @@
 They are ours and of no real thing: what is measured of them is of synthetic origin.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.acquisition.meshes import Mesh
+from ersatz.acquisition.scans import Scan
 from ersatz.errors import InputError
+from ersatz.measurements import Origin, Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +54,9 @@ def turned(profile: list[tuple[float, float]], sides: int = 64) -> Mesh:
         Closed if the profile begins and ends on the axis.
     """
     angles = np.arange(sides) * 2 * np.pi / sides
-    rings = [np.stack([r * np.cos(angles), r * np.sin(angles), np.full(sides, z)], axis=1) for r, z in profile]
+    rings = [
+        np.stack([r * np.cos(angles), r * np.sin(angles), np.full(sides, z)], axis=1) for r, z in profile
+    ]
     here = np.arange(sides)
     beside = (here + 1) % sides
     strips = []
@@ -118,7 +122,9 @@ def hemisphere_bowl(diameter: float, wall: float) -> Vessel:
     out[0], back[-1] = (0.0, -(r + wall)), (0.0, -r)
     out[-1], back[0] = (r + wall, 0.0), (r, 0.0)
     mesh = turned([*out, *back])
-    return Vessel(Mesh(mesh.vertices + np.array([0, 0, r + wall]), mesh.triangles), float(2 / 3 * np.pi * r**3 * 1000))
+    return Vessel(
+        Mesh(mesh.vertices + np.array([0, 0, r + wall]), mesh.triangles), float(2 / 3 * np.pi * r**3 * 1000)
+    )
 
 
 def tray(length: float, width: float, height: float, wall: float) -> Vessel:
@@ -129,6 +135,12 @@ def tray(length: float, width: float, height: float, wall: float) -> Vessel:
         box(wall, width + 2 * wall, height, (sign * (length + wall) / 2, 0, middle)) for sign in (-1, 1)
     ] + [box(length, wall, height, (0, sign * (width + wall) / 2, middle)) for sign in (-1, 1)]
     return Vessel(floor.joined(*sides), length * width * height * 1000)
+
+
+def serving_tray(rng: np.random.Generator) -> Mesh:
+    """Return a tray as they are sold: 33 x 24 to 53 x 38 cm, with a rim of 1.5 to 4 cm."""
+    length, wall = rng.uniform(0.33, 0.53), rng.uniform(0.003, 0.008)
+    return tray(length, length * rng.uniform(0.68, 0.78), rng.uniform(0.015, 0.04), wall).mesh
 
 
 def binder(rng: np.random.Generator) -> Mesh:
@@ -197,8 +209,30 @@ MODELS: Final[dict[str, Callable[[np.random.Generator], Mesh]]] = {
     "binder": binder,
     "cap": cap,
     "keyboard": keyboard,
+    "tray": serving_tray,
 }
-"""Models of the paper's categories without a scan."""
+"""Models of the paper's categories without a scan, and of its running example."""
+
+
+def model_scans(counts: Mapping[str, int], seed: int = 0) -> Iterator[Scan]:
+    """Yield whole models as scans, `counts` of each category; always of synthetic origin.
+
+    Raises
+    ------
+    InputError
+        If there is no model of a category.
+    """
+    for category, count in sorted(counts.items()):
+        for number in range(1, count + 1):
+            mesh = model(category, number, seed)
+            yield Scan(
+                mesh.vertices,
+                category,
+                f"{category}_model_{number}",
+                mesh=mesh,
+                origin=Origin.SYNTHETIC,
+                source=Source("parametric model", credit="ERSATZ, ersatz/acquisition/parametric.py"),
+            )
 
 
 def model(category: str, number: int, seed: int = 0) -> Mesh:
@@ -210,6 +244,8 @@ def model(category: str, number: int, seed: int = 0) -> Mesh:
         If there is no model of the category.
     """
     if category not in MODELS:
-        raise InputError(f"no parametric model of {category!r}; there are models of {', '.join(sorted(MODELS))}")
+        raise InputError(
+            f"no parametric model of {category!r}; there are models of {', '.join(sorted(MODELS))}"
+        )
     rng = np.random.default_rng([seed, number, sorted(MODELS).index(category)])
     return MODELS[category](rng)

@@ -6,8 +6,8 @@ on the seed and their two names, so that a class added to the file changes no ot
 """
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -179,6 +179,19 @@ class Expert:
             for judgement in sorted(judged.judgements, key=lambda j: j.property.name)
             for values in [drawn[judgement.property.name]]
         ]
+
+    def of_instances(self, names: Mapping[str, Sequence[str]]) -> "Expert":
+        """Return the same expert asked about these objects; classes that are not named keep their own.
+
+        Parameters
+        ----------
+        names : mapping of class name to instance names
+        """
+        asked = (
+            replace(judged, instances=tuple(names[judged.name])) if judged.name in names else judged
+            for judged in self.classes
+        )
+        return replace(self, classes=tuple(asked))
 
     def _block(
         self, judged: ExpertClass, judgement: Judgement, values: NDArray[np.float64], seed: int
