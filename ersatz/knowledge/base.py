@@ -344,7 +344,11 @@ class KnowledgeBase:
         """
         if path is None and not isinstance(self._store, MemoryStore):
             return  # a directory or an endpoint changed when it was told
+        if path is None and not Path(self.location).exists():
+            raise InputError(f"{self.location} has no file to go back to: say where to save it")
         target = Path(path if path is not None else self.location)
+        if isinstance(self._store, DirectoryStore) and target.resolve() == self._store.path.resolve():
+            return
         if target.parent == ONTOLOGY and target.stem in SHIPPED and path is None:
             raise InputError(
                 f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}"
@@ -390,7 +394,10 @@ def write(triples: Iterable[ox.Triple], target: Path) -> None:
     if format_of(target) is not None:
         from ersatz.knowledge.turtle import write_file
 
-        write_file(triples, target)
+        try:
+            write_file(triples, target)
+        except PermissionError as error:
+            raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
     else:
         DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
 

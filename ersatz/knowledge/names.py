@@ -1,30 +1,30 @@
 """Names: from what people call things to IRIs, by one rule.
 
 A class is CamelCase, everything else snake_case; words are separated by anything that is neither a
-letter nor a digit in any script; letters keep their script; a name that would begin with a digit gets a
-leading underscore. Two labels with one name are an error where they meet (`distinct`).
+letter, a mark on one, nor a digit in any script; letters keep their script, in Unicode's form NFKC
+("m²" is "m2"); a name that would begin with a digit or a mark gets a leading underscore. Two labels
+with one name are an error where they meet (`distinct`).
 
 >>> class_name("coffee mug"), snake_name("Coffee-Mug 3"), snake_name("7up can"), class_name("café crème")
 ('CoffeeMug', 'coffee_mug_3', '_7up_can', 'CaféCrème')
 """
 
 import re
+import unicodedata
 from collections.abc import Iterable
 
 from ersatz.errors import InputError
 from ersatz.knowledge.vocabulary import KB
 
-_WORDS = re.compile(r"[^\W_]+")
-
 
 def class_name(label: str) -> str:
     """Return the CamelCase local name of an object class."""
-    return _guarded("".join(word[0].upper() + word[1:] for word in _words(label)))
+    return _guarded("".join(_normal(word[0].upper()) + word[1:] for word in _words(label)))
 
 
 def snake_name(label: str) -> str:
     """Return the snake_case local name of anything but a class."""
-    return _guarded("_".join(word.lower() for word in _words(label)))
+    return _guarded("_".join(_normal(word.lower()) for word in _words(label)))
 
 
 def class_iri(label: str) -> str:
@@ -68,11 +68,16 @@ def distinct(named: Iterable[tuple[str, str]]) -> None:
 
 
 def _words(label: str) -> list[str]:
-    words = _WORDS.findall(label)
-    if not words:
+    kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in _normal(label))
+    words = "".join(kept).split()
+    if not any(char.isalnum() for word in words for char in word):
         raise InputError(f"{label!r} cannot be a name: it has neither letter nor digit")
     return words
 
 
 def _guarded(name: str) -> str:
-    return f"_{name}" if name[0].isdigit() else name
+    return name if unicodedata.category(name[0])[0] == "L" else f"_{name}"
+
+
+def _normal(text: str) -> str:
+    return unicodedata.normalize("NFKC", text)

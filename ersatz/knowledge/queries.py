@@ -30,10 +30,20 @@ Resolver: TypeAlias = Callable[[str, str], str]
 
 NAMED_TYPES: Final = ("class", "instance", "property", "quality", "iri")
 _PARAMETER: Final = re.compile(
-    r"\?_([a-z]+(?:_[a-z]+)*?)_(class|instance|property|quality|iris|iri|decimal|integer|string)\b"
+    r"[?$]_([a-z]+(?:_[a-z]+)*?)_(class|instance|property|quality|iris|iri|decimal|integer|string)\b"
 )
+_UNTYPED: Final = re.compile(r"[?$]_\w+")
 _HEADER: Final = re.compile(r"^#\+ ?(\w+):\s*(.*)$")
-_NOISE: Final = re.compile(r"<[^<>\s]*>|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\\n]|\\.)*'|#[^\n]*")
+_NOISE: Final = re.compile(
+    r"""<[^\x00-\x20<>"{}|^`\\]*>  # an IRI, as the grammar has it: anything laxer could span a SERVICE
+    | \"{3} (?: "{0,2} (?:[^"\\]|\\.) )* \"{3} | '{3} (?: '{0,2} (?:[^'\\]|\\.) )* '{3}
+    | "(?:[^"\\\r\n]|\\.)*" | '(?:[^'\\\r\n]|\\.)*'
+    | \#[^\r\n]*
+    | [?$]\w+ | @[\w-]+
+    | :[\w.:%-]*  # the local part of a prefixed name""",
+    re.VERBOSE | re.DOTALL,
+)
+_ESCAPE: Final = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +71,13 @@ class Query:
 
     @classmethod
     def parse(cls, name: str, source: str) -> "Query":
-        """Read a query and its header."""
+        """Read a query and its header.
+
+        Raises
+        ------
+        InputError
+            If a parameter has no type, or two.
+        """
         header: dict[str, str] = {}
         key = ""
         for line in source.splitlines():
@@ -70,7 +86,7 @@ class Query:
                 header[key] = words
             elif line.startswith("#+") and key:
                 header[key] = f"{header[key]} {line[2:].strip()}"
-        parameters = dict(_PARAMETER.findall(source))
+        parameters = _parameters(name, source)
         return cls(
             name,
             source,
@@ -181,25 +197,32 @@ def read_query(path: Path) -> Query:
 
 def refuse_foreign_access(source: str) -> None:
     """Raise if a query asks other servers; it could carry knowledge away or hang."""
-    words = _NOISE.sub(" ", source).upper()
-    if re.search(r"\bSERVICE\b", words):
+    # Engines decode \\uXXXX before they read anything else, and need no space before a keyword.
+    plain = _ESCAPE.sub(lambda found: chr(min(int(found[1] or found[2], 16), 0x10FFFF)), source)
+    if "SERVICE" in _NOISE.sub(" ", plain).upper():
         raise InputError("SERVICE is not allowed: a query may only read this knowledge base")
 
 
 def value_of(term: object) -> Value:
     """Return an RDF term as a Python value."""
     if isinstance(term, ox.Literal):
-        kind = term.datatype.value.removeprefix(XSD)
-        if kind == "decimal":
-            return Decimal(term.value)
-        if kind in ("integer", "int", "long", "nonNegativeInteger", "positiveInteger"):
-            return int(term.value)
-        if kind in ("double", "float"):
-            return Decimal(repr(float(term.value)))
-        return term.value == "true" if kind == "boolean" else term.value
+        try:
+            return _literal_value(term.value, term.datatype.value.removeprefix(XSD))
+        except (ValueError, ArithmeticError):
+            return term.value  # not of the type it claims
     if isinstance(term, ox.NamedNode | ox.BlankNode):
         return term.value
     return None if term is None else str(term)
+
+
+def _literal_value(text: str, kind: str) -> Value:
+    if kind == "decimal":
+        return Decimal(text)
+    if kind in ("integer", "int", "long", "nonNegativeInteger", "positiveInteger"):
+        return int(text)
+    if kind in ("double", "float"):
+        return Decimal(repr(float(text)))
+    return text in ("true", "1") if kind == "boolean" else text
 
 
 def exact(value: str | float | Decimal | Fraction, name: str = "value") -> Fraction:
@@ -211,9 +234,25 @@ def exact(value: str | float | Decimal | Fraction, name: str = "value") -> Fract
     try:
         if isinstance(value, Fraction):
             return value
-        return Fraction(repr(value) if isinstance(value, float) else value)
-    except (ValueError, ZeroDivisionError, OverflowError):
+        if isinstance(value, bool):
+            raise TypeError
+        return Fraction(repr(float(value)) if isinstance(value, float) else value)
+    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
         raise InputError(f"{name} {value!r} is not a number: write it like 0.35") from None
+
+
+def _parameters(name: str, source: str) -> dict[str, str]:
+    """Return the type of each parameter."""
+    types: dict[str, str] = {}
+    for parameter, kind in _PARAMETER.findall(source):
+        if types.setdefault(parameter, kind) != kind:
+            raise InputError(f"query {name!r}: parameter {parameter!r} is both {types[parameter]} and {kind}")
+    if stray := _UNTYPED.search(_PARAMETER.sub("", source)):
+        raise InputError(
+            f"query {name!r}: parameter {stray[0]!r} has no type: call it ?_<name>_<type>, "
+            f"of type {', '.join((*NAMED_TYPES, 'iris', 'decimal', 'integer', 'string'))}"
+        )
+    return types
 
 
 def _term(name: str, kind: str, value: Argument, resolve: Resolver) -> str:

@@ -8,6 +8,7 @@ import gzip
 import os
 import shutil
 import sys
+import time
 import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -97,6 +98,10 @@ class MemoryStore:
 
     def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
         """Apply one transaction in memory."""
+        if not self.engine.query(f"ASK {{ {guard} }}"):
+            raise KnowledgeBaseError(
+                f"{self.location!r} does not state its revision as ERSATZ writes it: build it again"
+            )
         self.engine.update(_change(remove, add, guard))
 
     def close(self) -> None:
@@ -109,7 +114,8 @@ class DirectoryStore:
     Layout: `store/` is the writer's database; `snapshots/<n>/` are consistent copies (hard links) that
     readers open; the file `current` names the newest. A change is one transaction, then a snapshot,
     then an atomic swing of `current`: whoever is killed when, the next to open finds the knowledge
-    before the change or after it.
+    before the change or after it. The file `unpublished` stands while the two may differ; who finds it
+    and no writer publishes what was committed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -118,6 +124,10 @@ class DirectoryStore:
         self._writer: ox.Store | None = None
         self._reader: ox.Store | None = None
         self._pin: int | None = None
+        if (path / "unpublished").exists():
+            with suppress(KnowledgeBaseError, OSError):  # a writer is at it, or we may only read
+                _publish(self._lock(), path)
+            self._writer = None
         self._open_reader()
 
     @classmethod
@@ -129,18 +139,21 @@ class DirectoryStore:
             )
         fresh = path.with_name(f".{path.name}.new-{os.getpid()}")
         shutil.rmtree(fresh, ignore_errors=True)
-        (fresh / "snapshots").mkdir(parents=True)
-        engine = ox.Store(str(fresh / "store"))
-        for chunk in chunks:
-            engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
-        engine.flush()
-        _publish(engine, fresh)
-        del engine
-        old = path.with_name(f".{path.name}.old-{os.getpid()}")
-        if path.exists():
-            path.rename(old)
-        fresh.rename(path)
-        shutil.rmtree(old, ignore_errors=True)
+        try:
+            (fresh / "snapshots").mkdir(parents=True)
+            engine = ox.Store(str(fresh / "store"))
+            for chunk in chunks:
+                engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
+            engine.flush()
+            _publish(engine, fresh)
+            del engine
+            _swap(fresh, path)
+        except OSError as error:
+            if isinstance(error, KnowledgeBaseError):
+                raise
+            raise KnowledgeBaseError(f"cannot write {str(path)!r}: {_line(error)}") from None
+        finally:
+            shutil.rmtree(fresh, ignore_errors=True)
 
     def query(self, text: str) -> Results:
         """Answer a SPARQL 1.1 query, of the writer's own state once there was a change."""
@@ -150,11 +163,17 @@ class DirectoryStore:
 
     def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
         """Commit one transaction and publish it to readers."""
-        writer = self._lock()
+        held, writer = self._writer is not None, self._lock()
         if not writer.query(f"ASK {{ {guard} }}"):
+            if not held:
+                self._writer = None  # read on from the snapshot that was opened
             raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
-        writer.update(_change(remove, add, guard))
-        _publish(writer, self.path)
+        try:
+            (self.path / "unpublished").touch()
+            writer.update(_change(remove, add, guard))
+            _publish(writer, self.path)
+        except OSError as error:
+            raise KnowledgeBaseError(f"cannot write to {self.location!r}: {_line(error)}") from None
 
     def close(self) -> None:
         """Release the writer's lock and the reader's snapshot."""
@@ -165,14 +184,7 @@ class DirectoryStore:
 
     def _lock(self) -> ox.Store:
         if self._writer is None:
-            try:
-                self._writer = ox.Store(str(self.path / "store"))
-            except OSError as error:
-                if "lock" in str(error).lower():
-                    raise LockedError(
-                        f"{self.location!r} is being written by another process: try again later"
-                    ) from None
-                raise KnowledgeBaseError(f"cannot write to {self.location!r}: {_line(error)}") from None
+            self._writer = _open_writer(self.path)
         return self._writer
 
     def _open_reader(self) -> None:
@@ -183,8 +195,9 @@ class DirectoryStore:
                 self._reader = ox.Store.read_only(str(newest))
                 return
             except FileNotFoundError:
-                continue  # the snapshot was retired between reading its name and opening it
-            except (OSError, UnicodeDecodeError) as error:
+                time.sleep(0.01)  # the snapshot was retired between reading its name and opening it
+            except (OSError, ValueError) as error:
+                self.close()
                 raise KnowledgeBaseError(
                     f"{self.location!r} is damaged: {_line(error)}; build it again"
                 ) from None
@@ -262,6 +275,15 @@ def _change(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | 
     )
 
 
+def _open_writer(path: Path) -> ox.Store:
+    try:
+        return ox.Store(str(path / "store"))
+    except OSError as error:
+        if "lock" in str(error).lower():
+            raise LockedError(f"{str(path)!r} is being written by another process: try again later") from None
+        raise KnowledgeBaseError(f"cannot write to {str(path)!r}: {_line(error)}") from None
+
+
 def _publish(engine: ox.Store, path: Path) -> None:
     """Copy the writer's state for readers, swing `current` to it, and retire what nobody reads."""
     snapshots, current = path / "snapshots", path / "current"
@@ -271,8 +293,28 @@ def _publish(engine: ox.Store, path: Path) -> None:
     pending = path / "current.new"
     pending.write_text(newest.name)
     pending.replace(current)
-    for number in numbers:
-        _retire(snapshots / f"{number:08d}")
+    (path / "unpublished").unlink(missing_ok=True)
+    for old in snapshots.iterdir():
+        if old != newest:
+            _retire(old)
+
+
+def _swap(fresh: Path, path: Path) -> None:
+    """Put a new directory in the place of an older one that nobody writes to."""
+    old = path.with_name(f".{path.name}.old-{os.getpid()}")
+    writer = None
+    if is_directory_store(path):
+        try:
+            writer = _open_writer(path)
+        except LockedError:
+            raise
+        except KnowledgeBaseError:
+            pass  # damaged: all the more reason to replace it
+    if path.exists():
+        path.rename(old)
+    fresh.rename(path)
+    del writer
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _pin(snapshot: Path) -> int | None:
@@ -283,14 +325,21 @@ def _pin(snapshot: Path) -> int | None:
 
     handle = os.open(snapshot / "CURRENT", os.O_RDONLY)
     fcntl.flock(handle, fcntl.LOCK_SH)
+    if not (snapshot / "CURRENT").exists():
+        os.close(handle)
+        raise FileNotFoundError(snapshot)
     return handle
 
 
 def _retire(snapshot: Path) -> None:
+    """Delete a snapshot unless it is read; also what a killed writer left of one."""
     if sys.platform == "win32":
         return
     import fcntl
 
+    if not (snapshot / "CURRENT").exists():
+        shutil.rmtree(snapshot, ignore_errors=True)
+        return
     with suppress(OSError):
         handle = os.open(snapshot / "CURRENT", os.O_RDONLY)
         try:

@@ -32,7 +32,11 @@ _INSTANCES: Final = (7, "Instances and what was measured of them")
 _TYPE: Final = str(v.TYPE)
 _FIRST: Final = {_TYPE: 0, str(v.SUBCLASS_OF): 1, str(v.LABEL): 2}
 _NUMBER: Final = re.compile(rf'"([+-]?[0-9.]+)"\^\^<{re.escape(v.XSD)}(integer|decimal)>$')
-_LOCAL: Final = re.compile(r"[^\W\d][\w-]*$")
+_LETTERS: Final = (
+    "A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff\u2c00-\u2fef\u3001-\ud7ff"
+)
+_LOCAL: Final = re.compile(rf"[{_LETTERS}][{_LETTERS}0-9-]*\Z")
+"""What may follow a prefix in Turtle; of its PN_LOCAL the part we need, anything else stays a full IRI."""
 _NAMESPACES: Final = {namespace: prefix for prefix, namespace in v.PREFIXES.items()}
 
 Statements = dict[str, list[tuple[str, str]]]

@@ -17,11 +17,17 @@ from ersatz.grounding.conceptualization import Counts, conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.names import class_iri, distinct, local_name, model_iri, snake_iri
 from ersatz.knowledge.queries import Answer, Value, exact, stored_query
 from ersatz.knowledge.substitutions import all_substitution_lines
 from ersatz.knowledge.terms import millionths
-from ersatz.knowledge.writer import class_knowledge, function_knowledge, instance_knowledge, source_lines
+from ersatz.knowledge.writer import (
+    class_knowledge,
+    function_knowledge,
+    instance_knowledge,
+    named,
+    source_lines,
+)
 from ersatz.measurements import Block, Kind, Measurements, Origin, Property, Source
 
 if TYPE_CHECKING:
@@ -68,6 +74,8 @@ def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks
             )
     qualities = read_qualities(kb)
     old = _read_instance(kb, instance, qualities)
+    if old is not None and (known := str(old.instances[0])) != instance:
+        raise InputError(f"instance {instance!r} would be called like {known!r}: use that name")
     new = Measurements.collect([*(old.blocks() if old else ()), *blocks])
     _replace(kb, qualities, old, new)
 
@@ -152,22 +160,25 @@ def _read_instance(kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, .
     iri = name if name.startswith(v.KB) else snake_iri(name)
     known = _row(kb, "instance", iri)
     if not known:
-        if not kb.query(f"ASK {{ ?thing {v.HAS_MEASUREMENT} ?measurement }}")[0]["answer"]:
+        if kb.query(
+            f"ASK {{ ?model {v.DESCRIBES_CLASS} ?class "
+            f"FILTER NOT EXISTS {{ ?thing {v.HAS_MEASUREMENT} ?measurement }} }}"
+        )[0]["answer"]:
             raise InputError(
                 f"{kb.location!r} holds classes only: build it with instances to observe or forget one"
             )
         return None
     instance, label = str(known[0]["name"]), str(known[0]["className"])
     properties = {snake_iri(quality.property.name): quality.property for quality in qualities}
-    vectors: dict[tuple[str, str], list[float]] = {}
+    vectors: dict[tuple[str, str], dict[Value, float]] = {}
     notes: dict[tuple[str, str], tuple[Origin, Source]] = {}
     for row in _row(kb, "instance_measurements", iri):
         key = (str(row["property"]), str(row["observation"] or ""))
-        vectors.setdefault(key, []).append(float(_number(row["value"])))
+        vectors.setdefault(key, {})[row["position"]] = float(_number(row["value"]))
         credit = Source(str(row["file"] or ""), str(row["sha256"] or ""), str(row["credit"] or ""))
         notes[key] = (Origin(local_name(str(row["origin"]))), credit)
     return Measurements.collect(
-        Block(properties[key[0]], [label], [instance], [key[1]], np.array([vector]), *notes[key])
+        Block(properties[key[0]], [label], [instance], [key[1]], np.array([[*vector.values()]]), *notes[key])
         for key, vector in vectors.items()
     )
 
@@ -201,7 +212,7 @@ def _replace(
         after = after + counts
         add += instance_knowledge(new, units, attribution)
         add += (line for source in new.sources for line in source_lines(source))
-        _refuse_taken(kb, new, old)
+        _refuse_taken(kb, new, after, old)
     theta = exact(kb.build.theta)
     for lines, counts in ((remove, before), (add, after)):
         lines.extend(class_knowledge(counts, 0, theta))
@@ -232,15 +243,16 @@ def _row(kb: "KnowledgeBase", query: str, iri: str) -> Answer:
     return kb.query(stored_query(query).bind(lambda name, _: name, {parameter: iri}))
 
 
-def _refuse_taken(kb: "KnowledgeBase", new: Measurements, old: Measurements | None) -> None:
-    """Raise if the new instance's IRI already names something else."""
-    if old is not None:
-        return
-    iri = snake_iri(str(new.instances[0]))
-    if kb.query(f"ASK {{ <{iri}> ?predicate ?value }}")[0]["answer"]:
-        raise InputError(
-            f"{str(new.instances[0])!r} would be called {local_name(iri)!r}, which is taken: rename it"
-        )
+def _refuse_taken(kb: "KnowledgeBase", new: Measurements, after: Counts, old: Measurements | None) -> None:
+    """Raise if what is new would be called like something else."""
+    distinct(named(new, after))
+    label = new.classes[0]
+    wanted = {snake_iri(str(new.instances[0])): str(new.instances[0])} if old is None else {}
+    if not _row(kb, "class", class_iri(label)):
+        wanted |= {class_iri(label): label, model_iri(label): label}
+    for iri, name in wanted.items():
+        if kb.query(f"ASK {{ <{iri}> a ?type }}")[0]["answer"]:
+            raise InputError(f"{name!r} would be called {local_name(iri)!r}, which is taken: rename it")
 
 
 def _vector(name: str, value: Any) -> NDArray[np.float64]:

@@ -74,7 +74,7 @@ def knowledge(
     classes_only: bool = False,
 ) -> Iterator[str]:
     """Yield the whole knowledge base but for its revision, one triple a line."""
-    distinct(_named(measurements, counts, classes_only=classes_only))
+    distinct(named(measurements, counts, classes_only=classes_only))
     yield from _header()
     yield from _build(record)
     for prop in (quality.property for quality in counts.qualities):
@@ -413,10 +413,18 @@ def _measurement(
         yield f"{subject} {v.RAW_VALUE} {decimal(value[0])} .\n"
 
 
-def _named(measurements: Measurements, counts: Counts, *, classes_only: bool) -> Iterator[tuple[str, str]]:
+def named(
+    measurements: Measurements, counts: Counts, *, classes_only: bool = False
+) -> Iterator[tuple[str, str]]:
     """Yield every IRI that a label of the user's gives, and what it names."""
+    yield f"{v.KB}build_1", "the build"
+    for source in measurements.sources:
+        yield source_iri(source)[1:-1], f"source {source.name!r}"
     for label in counts.classes:
         yield class_iri(label), f"class {label!r}"
+        yield model_iri(label), f"the model of class {label!r}"
+    for function in counts.functions:
+        yield f"{v.KB}model_{snake_name(function)}", f"the model of {function!r}"
     for quality in counts.qualities:
         prop = quality.property
         yield snake_iri(prop.name), f"property {prop.name!r}"
