@@ -176,10 +176,10 @@ def build(
 
     source = DATA / "expert.toml" if expert == SHIPPED_EXPERT else expert
     settings = Settings(
-        AcquisitionSettings(seed, shape_concepts, views, paper_selection, keep_going, workers),
         SubcategorizationSettings(clusters, seed=seed),
         ObservationUnit(unit),
         exact(representative, "representative"),
+        AcquisitionSettings(seed, shape_concepts, views, paper_selection, keep_going, workers),
         classes_only=classes_only,
         time=_build_time(time),
     )

@@ -45,24 +45,24 @@ class Settings:
 
     Attributes
     ----------
-    acquisition : AcquisitionSettings
-        Views, number of shape concepts, seed of the expert's draws.
     subcategorization : SubcategorizationSettings
         Qualities per property, restarts, seed.
     unit : ObservationUnit
         What is counted: instances (default), or every observation of them.
     theta : Fraction
         Representative threshold at which `ersatz:representativeQuality` is written down; in (0, 1].
+    acquisition : AcquisitionSettings
+        Views, number of shape concepts, seed of the expert's draws.
     classes_only : bool
         Leave the instances out; then nothing can be observed or forgotten later.
     time : str or None
         xsd:dateTime of the build.
     """
 
-    acquisition: AcquisitionSettings = field(default_factory=AcquisitionSettings)
     subcategorization: SubcategorizationSettings = field(default_factory=SubcategorizationSettings)
     unit: ObservationUnit = ObservationUnit.INSTANCE
     theta: Fraction = Fraction(35, 100)
+    acquisition: AcquisitionSettings = field(default_factory=AcquisitionSettings)
     classes_only: bool = False
     time: str | None = None
 
