@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class Evidence:
     tool_count, tool_total : int
         In the missing tool's class.
     count, total : int
-        In the candidate's class; of an instance 1 of 1 or 0 of 1. total is 0 where nothing was observed.
+        In the candidate's class; of an instance 1 of 1 or 0 of 1. total is 0 where there was no value.
     functions : tuple of str
         The relevant functional qualities that made it relevant.
     """
@@ -118,25 +119,15 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
     found = []
     for at in np.flatnonzero(chosen).tolist():
         quality = known.qualities[at]
-        count, total = (
-            (int(known.classes.counts[row, at]), _total(known, known.classes, row, at))
-            if row >= 0
-            else (DEGREE * int(comparison.candidate[at]), DEGREE)
-        )
+        because = (f for f, through in zip(functions, comparison.relevance.through, strict=True) if through[at])
         found.append(
             Evidence(
                 quality.name,
                 quality.property,
                 quality.adjective,
-                int(known.classes.counts[tool, at]),
-                _total(known, known.classes, tool, at),
-                count,
-                total,
-                tuple(
-                    f
-                    for f, through in zip(functions, comparison.relevance.through, strict=True)
-                    if through[at]
-                ),
+                *_observed(known, tool, at),
+                *(_observed(known, row, at) if row >= 0 else _perceived(comparison, at)),
+                tuple(because),
             )
         )
     return tuple(found)
@@ -158,6 +149,8 @@ def sentence(
     lacking: Sequence[Evidence],
     comparison: Comparison,
     change: Counterfactual,
+    *,
+    accepted: bool,
 ) -> str:
     """Return the explanation of one candidate in words."""
     tool = comparison.knowledge.classes.names[comparison.tool]
@@ -169,7 +162,6 @@ def sentence(
     functions = [comparison.knowledge.functions.names[at] for at in comparison.relevance.functions]
     if functions:
         parts.append(f"What counts follows from {_join(functions)}.")
-    accepted = similarity > comparison.settings.tolerance
     if turned := _change(change, accepted=accepted):
         parts.append(f"{'Refused' if accepted else 'Accepted'} {turned}.")
     return " ".join(parts)
@@ -255,18 +247,15 @@ def _nearest_theta(comparison: Comparison, *, accepted: bool) -> tuple[str, Frac
     """Return the nearest representative threshold at which the decision is the other one.
 
     A decision can only change where the threshold crosses an observed proportion, so only those of the
-    tool, the candidate and the functions are tried.
+    tool, the candidate and the functions are tried; above one of them, it is as at the next.
     """
     theta = comparison.settings.representative
     steps = sorted(set(_proportions(comparison)))
     lower = [(theta - step, "at most", step, step) for step in steps if step < theta]
-    edges = [theta, *(step for step in steps if step >= theta)]
-    upper = [
-        (low - theta, "above", low, high)
-        for low, high in zip(edges[1:], [*edges[2:], Fraction(1)], strict=True)
-    ]
-    for _, side, threshold, tried in sorted(lower + upper, key=lambda step: (step[0], step[1])):
-        if tried > 0 and (side == "at most" or tried > threshold) and _decide(comparison, tried) != accepted:
+    higher = [*(step for step in steps if step >= theta), Fraction(1)]
+    upper = [(low - theta, "above", low, high) for low, high in pairwise(higher) if low < high]
+    for _, side, threshold, tried in sorted(lower + upper):
+        if _decide(comparison, tried) != accepted:
             return side, threshold
     return None
 
@@ -317,11 +306,25 @@ def _shares(comparison: Comparison) -> NDArray[np.float64]:
     return share
 
 
-def _total(known: Knowledge, table: Memberships, row: int, at: int) -> int:
-    """Return out of how many a quality could have been observed; zero counts are not stored."""
+def _observed(known: Knowledge, row: int, at: int) -> tuple[int, int]:
+    """Return how often a class was observed to hold a quality, out of how often it could have been.
+
+    Where it never was, the total is that of the property's other qualities; zero counts are not stored.
+    """
+    same = _of_one_property(known, at)
+    return int(known.classes.counts[row, at]), int(known.classes.totals[row, same].max(initial=0))
+
+
+def _perceived(comparison: Comparison, at: int) -> tuple[int, int]:
+    """Return the same of an instance: 1 of 1, 0 of 1, or 0 of 0 where it has no value of the property."""
+    held = comparison.candidate
+    same = _of_one_property(comparison.knowledge, at)
+    return DEGREE * int(held[at]), DEGREE * int(held[same].any())
+
+
+def _of_one_property(known: Knowledge, at: int) -> list[int]:
     prop = known.qualities[at].property
-    same = [i for i, quality in enumerate(known.qualities) if quality.property == prop]
-    return int(table.totals[row, same].max(initial=0))
+    return [i for i, quality in enumerate(known.qualities) if quality.property == prop]
 
 
 def _units(count: int) -> int | float:

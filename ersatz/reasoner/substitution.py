@@ -87,7 +87,13 @@ class Substitute:
     def explain(self) -> str:
         """Return in words what speaks for it, what against, and what would turn the decision."""
         return sentence(
-            self.name, self.similarity, self.shared, self.lacking, self.comparison, self.counterfactual()
+            self.name,
+            self.similarity,
+            self.shared,
+            self.lacking,
+            self.comparison,
+            self.counterfactual(),
+            accepted=self.accepted,
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The reasoner against the reference, on real and on random knowledge; and the same in SPARQL."""
 
+import os
 from collections.abc import Mapping
-from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
@@ -24,6 +24,9 @@ from tests.reasoner.reference import Options, Qualities, World, jaccard, reason,
 from tests.reasoner.worlds import THRESHOLDS, helds, held_by, make, options, world_of_held, world_of_kb
 
 EXPERT = Path(__file__).resolve().parents[2] / "ersatz" / "data" / "expert.toml"
+EXAMPLES = int(os.environ.get("ERSATZ_EXAMPLES", "400"))
+"""Random knowledge bases to try; 1,500 take minutes."""
+
 QUICK = Settings(SubcategorizationSettings(restarts=3))
 
 
@@ -60,16 +63,12 @@ def check(
     return found
 
 
-@settings(max_examples=1500, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(helds(), st.lists(options(), min_size=3, max_size=3))
 def test_random_knowledge(held: Held, chosen: list[Options]) -> None:
     kb, world, holding = make(held), world_of_held(held), held_by(held)
-    assert world_of_kb(kb) == replace(
-        world,
-        property_of=world_of_kb(kb).property_of,
-        physical=world_of_kb(kb).physical,
-        lowest=world_of_kb(kb).lowest,
-    )
+    written = world_of_kb(kb)
+    assert (written.classes, written.functions) == (world.classes, world.functions)
     few = dict(list(holding.items())[:2])
     for one in chosen:
         for tool in world.classes:
