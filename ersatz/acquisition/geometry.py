@@ -4,7 +4,7 @@ Every number has a unit and a definition in `Geometry`. A single view measures t
 it sees, and refuses the rest: nobody knows from one side how deep a cup is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -258,7 +258,8 @@ def best_filling(
     coarse = _edge(mesh, axes, settings.coarse_voxels)
     samples = sample_densely(mesh, coarse / 2)
     tried = np.concatenate([axes, -axes, facet_normals(corners, 8, 15.0)])
-    held = [_held(fill(samples, up, coarse)) for up in tried]
+    fillings = [fill(samples, up, coarse) for up in tried]
+    held = [_held(filling) for filling in fillings]
     up, most = tried[int(np.argmax(held))], max(held)
     if most > 0:
         for tilt in (0.12, 0.06, 0.03):
@@ -270,7 +271,9 @@ def best_filling(
                 up, most = around[int(np.argmax(held))], max(held)
                 up = up / np.linalg.norm(up)
     fine = _edge(mesh, axes, settings.voxels)
-    return up, fill(sample_densely(mesh, fine / 2), up, fine)
+    best = fill(sample_densely(mesh, fine / 2), up, fine)
+    # Doubt counts from whatever direction it arises: what is nothing from here may be a bowl from there.
+    return up, replace(best, doubtful=max(best.doubtful, *(filling.doubtful for filling in fillings)))
 
 
 def _held(filling: Filling) -> float:
@@ -315,7 +318,7 @@ def best_support(
 
 def _stable(corners: NDArray[np.float64], middle: NDArray[np.float64]) -> bool:
     """Say whether the middle is above what touches the ground."""
-    low = corners[:, 2].min() + 0.01 * np.ptp(corners[:, 2])
+    low = corners[:, 2].min() + 0.001 + 0.02 * np.ptp(corners[:, 2])
     base = corners[corners[:, 2] <= low, :2]
     try:
         return bool((ConvexHull(base).equations @ np.append(middle[:2], 1.0) < 0).all())
@@ -328,7 +331,8 @@ def _level_area(
 ) -> tuple[float, float]:
     """Return the area (m²) of the level that holds most of what is seen from above, and its share."""
     points = samples.points @ rotation.T
-    upward = samples.normals @ rotation[2]
+    # What is seen from above looks up, whichever way the file turns its triangles.
+    upward = np.abs(samples.normals @ rotation[2])
     edge = 1.5 * samples.spacing
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / edge).astype(np.int64)
     key = cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1]

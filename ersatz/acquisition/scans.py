@@ -163,7 +163,10 @@ def _from_cloud(cloud: Cloud, scale: float, name: str) -> Scan:
     if not len(cloud.points):
         raise ScanError(f"{name}: it holds no points")
     if cloud.triangles is not None and len(cloud.triangles):
-        mesh = Mesh(cloud.points * scale, cloud.triangles)
+        try:
+            mesh = Mesh(cloud.points * scale, cloud.triangles)
+        except ScanError as error:
+            raise ScanError(f"{name}: {error}") from error
         check_extent(mesh.vertices, name, fewest=3)
         return Scan(mesh.vertices, mesh=mesh)
     keep = usable(cloud.points * scale, name)
