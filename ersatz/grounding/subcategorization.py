@@ -167,7 +167,7 @@ def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tup
 
 
 def _bins(x: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return where the bins of a histogram begin: fine where values are many, and where they are far apart."""
+    """Return where the bins of a histogram begin: fine where values are many, and where they are sparse."""
     by_number = np.linspace(0, len(x), HISTOGRAM_BINS // 2, endpoint=False).astype(np.int64)
     by_width = np.searchsorted(x, np.linspace(x[0], x[-1], HISTOGRAM_BINS // 2))
     return np.unique(np.concatenate([by_number, by_width]))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ersatz.grounding.conceptualization import DEGREE
 from ersatz.knowledge.terms import degree_text, plain
+from ersatz.measurements import Kind
 from ersatz.reasoner.relevance import ReasonerSettings, Relevance, build_index, relevance
-from ersatz.reasoner.representative import Knowledge, Memberships, pack
+from ersatz.reasoner.representative import Knowledge, pack
 from ersatz.reasoner.similarity import Similarity, above, compare
 
 
@@ -31,6 +32,8 @@ class Comparison:
         The candidate's typical (or held) physical qualities.
     row : int
         Row of the candidate's class; -1 for an instance.
+    thresholds : dict of Relevance
+        The tool's, at other representative thresholds; worked out once for all candidates.
     """
 
     knowledge: Knowledge
@@ -39,6 +42,7 @@ class Comparison:
     relevance: Relevance
     candidate: NDArray[np.bool_]
     row: int
+    thresholds: dict[Fraction, Relevance]
 
     @property
     def relevant(self) -> NDArray[np.bool_]:
@@ -119,7 +123,7 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
     found = []
     for at in np.flatnonzero(chosen).tolist():
         quality = known.qualities[at]
-        because = (f for f, through in zip(functions, comparison.relevance.through, strict=True) if through[at])
+        through = comparison.relevance.through[:, at]
         found.append(
             Evidence(
                 quality.name,
@@ -127,7 +131,7 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
                 quality.adjective,
                 *_observed(known, tool, at),
                 *(_observed(known, row, at) if row >= 0 else _perceived(comparison, at)),
-                tuple(because),
+                tuple(f for f, makes in zip(functions, through, strict=True) if makes),
             )
         )
     return tuple(found)
@@ -262,23 +266,24 @@ def _nearest_theta(comparison: Comparison, *, accepted: bool) -> tuple[str, Frac
 
 def _decide(comparison: Comparison, theta: Fraction) -> bool:
     """Return whether the candidate would be accepted at another representative threshold."""
-    known, row = comparison.knowledge, comparison.row
-    settings = replace(comparison.settings, representative=theta)
-    rows = [comparison.tool, *([row] if row >= 0 else [])]
-    classes = known.classes
-    few = replace(
-        known,
-        classes=Memberships(
-            tuple(classes.iris[at] for at in rows),
-            tuple(classes.names[at] for at in rows),
-            classes.counts[rows],
-            classes.totals[rows],
-        ),
-    )
-    index = build_index(few, settings)
-    found = relevance(index, 0, settings)
-    candidate = index.body_bits[1] if row >= 0 else comparison.candidate
-    return found.determined and _accepts(found.physical, candidate, settings)
+    found, row = _relevance_at(comparison, theta), comparison.row
+    if not found.determined:
+        return False
+    held = comparison.candidate
+    if row >= 0:
+        known, names = comparison.knowledge, comparison.settings.properties
+        held = known.classes.only([row]).representative(theta)[0] & known.mask(Kind.PHYSICAL, names)
+    return _accepts(found.physical, held, comparison.settings)
+
+
+def _relevance_at(comparison: Comparison, theta: Fraction) -> Relevance:
+    """Return what would be relevant in the tool at another representative threshold."""
+    if theta not in comparison.thresholds:
+        known = comparison.knowledge
+        settings = replace(comparison.settings, representative=theta)
+        index = build_index(replace(known, classes=known.classes.only([comparison.tool])), settings)
+        comparison.thresholds[theta] = relevance(index, 0, settings)
+    return comparison.thresholds[theta]
 
 
 def _accepts(relevant: NDArray[np.bool_], held: NDArray[np.bool_], settings: ReasonerSettings) -> bool:

@@ -56,6 +56,16 @@ class Memberships:
         """
         return (self.counts > 0) & at_least(self.counts, self.totals, theta)
 
+    def only(self, rows: Sequence[int]) -> "Memberships":
+        """Return the memberships of some concepts."""
+        chosen = list(rows)
+        return Memberships(
+            tuple(self.iris[row] for row in chosen),
+            tuple(self.names[row] for row in chosen),
+            self.counts[chosen],
+            self.totals[chosen],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Knowledge:
@@ -65,6 +75,7 @@ class Knowledge:
     ----------
     qualities : tuple of q QualityTerm, ascending by (property, rank)
     classes, functions : Memberships
+        Classes ascend by name: so do candidates of equal similarity.
     units : (c,) int64 array
         Instances (or observations) each class is known from.
     row_of_class, row_of_name : mappings of class IRI and label to its row
@@ -104,7 +115,8 @@ def load_knowledge(kb: KnowledgeBase) -> Knowledge:
     qualities.sort(key=lambda q: (q.property, q.rank))
     column = {quality.iri: at for at, quality in enumerate(qualities)}
     classes = kb.ask("classes")
-    iris, names, units = zip(*classes.rows, strict=True) if classes else ((), (), ())
+    by_name = sorted(classes.rows, key=lambda row: str(row[1]))
+    iris, names, units = zip(*by_name, strict=True) if by_name else ((), (), ())
     functions = [q for q in qualities if q.kind is Kind.FUNCTIONAL]
     return Knowledge(
         tuple(qualities),

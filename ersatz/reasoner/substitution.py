@@ -27,7 +27,7 @@ from ersatz.reasoner.explanation import (
 )
 from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
-from ersatz.reasoner.similarity import above, compare
+from ersatz.reasoner.similarity import compare
 
 
 class Status(StrEnum):
@@ -122,7 +122,8 @@ class Candidates:
     Attributes
     ----------
     names, iris : sequences of n str
-        Where all classes are candidates, the tool is among them; it is left out when they are ranked.
+        Ascending by name. Where all classes are candidates, the tool is among them; it is left out
+        when they are ranked.
     bits : (n, q) bool array
         O_rp of a class; the physical qualities an instance holds.
     packed : (n, w) uint64 array
@@ -169,7 +170,7 @@ class Ranking(Sequence[Substitute]):
     order: NDArray[np.int64] = field(repr=False)
     numerators: NDArray[np.int64] = field(repr=False)
     denominators: NDArray[np.int64] = field(repr=False)
-    accepted: NDArray[np.bool_] = field(repr=False)
+    thresholds: dict[Fraction, Relevance] = field(repr=False, default_factory=dict)
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -198,7 +199,7 @@ class Ranking(Sequence[Substitute]):
         if isinstance(at, slice):
             return [self[one] for one in range(*at.indices(len(self)))]
         row = int(self.order[at])
-        ratio = Fraction(int(self.numerators[row]), int(self.denominators[row]))
+        ratio = self._ratio(row)
         known = self.candidates
         bits = known.bits[row]
         flags = (
@@ -214,6 +215,7 @@ class Ranking(Sequence[Substitute]):
             self.relevance,
             bits,
             int(known.rows[row]),
+            self.thresholds,
         )
         return Substitute(
             known.names[row],
@@ -221,10 +223,16 @@ class Ranking(Sequence[Substitute]):
             "class" if known.rows[row] >= 0 else "instance",
             float(ratio),
             ratio,
-            bool(self.accepted[row]),
+            self._accepts(ratio),
             tuple(flag for holds, flag in flags if holds),
             comparison,
         )
+
+    def _ratio(self, row: int) -> Fraction:
+        return Fraction(int(self.numerators[row]), int(self.denominators[row]))
+
+    def _accepts(self, similarity: Fraction) -> bool:
+        return self.relevance.determined and similarity > self.settings.tolerance
 
     def model(self) -> SubstitutionModel:
         """Return the answer as the substitution model <O_P', O_F', substitutes, non-substitutes>."""
@@ -238,7 +246,7 @@ class Ranking(Sequence[Substitute]):
             Candidate(
                 self.candidates.iris[row],
                 _rounded(int(self.numerators[row]), int(self.denominators[row])),
-                bool(self.accepted[row]),
+                self._accepts(self._ratio(row)),
                 named(relevant & rows[row]),
                 named(relevant & ~rows[row]),
                 named(rows[row] & ~relevant),
@@ -395,9 +403,11 @@ def _candidates(
         names += [one[0] for one in extra]
         iris += [one[1] for one in extra]
         same = np.concatenate([same, [one[2] == known.classes.iris[tool] for one in extra]])
-        bits = np.vstack([bits, *(one[3] for one in extra)])
-        packed = pack(bits)
         rows = np.concatenate([rows, np.full(len(extra), -1)])
+        order = sorted(range(len(names)), key=names.__getitem__)
+        names, iris = [names[at] for at in order], [iris[at] for at in order]
+        bits = np.vstack([bits, *(one[3] for one in extra)])[order]
+        packed, same, rows = pack(bits), same[order], rows[order]
     return Candidates(names, iris, bits, packed, rows, same)
 
 
@@ -426,12 +436,7 @@ def _rank(
 ) -> Ranking:
     numerators, denominators = compare(pack(found.physical), candidates.packed, settings.similarity)
     similarity = numerators / denominators
-    chosen = np.flatnonzero(candidates.rows != known.row_of_class[iri])
-    if top is not None and top < len(chosen):
-        least = -np.partition(-similarity[chosen], top - 1)[top - 1]
-        chosen = chosen[similarity[chosen] >= least]
-    names = [candidates.names[row] for row in chosen.tolist()]
-    ordered = sorted(range(len(names)), key=lambda at: (-similarity[chosen[at]], names[at]))
+    similarity[candidates.rows == known.row_of_class[iri]] = -1.0
     return Ranking(
         known.classes.names[known.row_of_class[iri]],
         iri,
@@ -442,11 +447,22 @@ def _rank(
         known,
         found,
         candidates,
-        chosen[ordered][:top],
+        _best_first(similarity, top),
         numerators,
         denominators,
-        above(numerators, denominators, settings.tolerance) & found.determined,
     )
+
+
+def _best_first(similarity: NDArray[np.float64], top: int | None) -> NDArray[np.int64]:
+    """Return the rows of the most similar candidates, the tool left out (-1); of equal ones the first."""
+    if top is None or top >= len(similarity):
+        order = np.argsort(-similarity, kind="stable")
+        return order[similarity[order] >= 0][:top]
+    least = np.partition(similarity, -top)[-top]
+    better = np.flatnonzero(similarity > least)
+    equal = np.flatnonzero(similarity == least)
+    best = better[np.argsort(-similarity[better], kind="stable")]
+    return np.concatenate([best, equal[: top - len(best)]])
 
 
 def _recall(

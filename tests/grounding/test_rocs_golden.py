@@ -45,11 +45,12 @@ def rocs(folder: Path, seed: int | None) -> Measurements:
     shuffled = []
     for block in blocks:
         order = rng.permutation(len(block.values))
-        names = (
+        label, name, seen = (
             np.asarray(part, dtype=np.dtypes.StringDType())[order]
             for part in (block.object_class, block.instance, block.observation)
         )
-        shuffled.append(Block(block.property, *names, block.values[order], block.origin, block.source))
+        values = block.values[order]
+        shuffled.append(Block(block.property, label, name, seen, values, block.origin, block.source))
     return Measurements.collect([shuffled[at] for at in rng.permutation(len(shuffled))])
 
 
@@ -126,12 +127,11 @@ def test_shuffled_rows_give_the_same_centroids(folder: Path, name: str) -> None:
 def test_class_knowledge_from_the_published_symbols_is_the_published_one(folder: Path) -> None:
     measured, symbols = rocs(folder, 1), published_symbols(folder)
     qualities = tuple(Qualities(p, np.zeros((4, p.dimensions))) for p in measured.properties)
-    first = {
-        name: min(held[name] for held in symbols.values()) for name in NAMES
-    }  # the published numbers may begin with 0 or 1
+    held_by = [symbols[str(instance)] for instance in measured.instances]
+    first = {name: min(held[name] for held in held_by) for name in NAMES}
     held = tuple(
-        np.array([symbols[str(i)][q.property.name] - first[q.property.name] for i in measured.instances], np.int8)
-        for q in qualities
+        np.array([held[name] - first[name] for held in held_by], np.int8)
+        for name in (q.property.name for q in qualities)
     )
     counts = conceptualize(Attribution(qualities, measured.instance_class, held), measured.classes)
     totals = np.repeat(counts.class_totals, 4, axis=1)

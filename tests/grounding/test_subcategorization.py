@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
+from random import Random
 
 import numpy as np
 import pytest
@@ -70,9 +71,9 @@ def test_the_partition_of_a_line_is_the_best_of_all(values: list[float], cluster
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.one_of(grid, tidy), min_size=1, max_size=30), st.randoms(use_true_random=False))
-def test_the_order_of_values_does_not_matter(values: list[float], random: "np.random.Generator") -> None:
+def test_the_order_of_values_does_not_matter(values: list[float], random: Random) -> None:
     shuffled = list(values)
-    random.shuffle(shuffled)  # type: ignore[arg-type]
+    random.shuffle(shuffled)
     assert np.array_equal(fit(values).centroids, fit(shuffled).centroids)
 
 
@@ -137,10 +138,6 @@ def test_a_number_of_clusters_no_label_can_hold_is_refused(clusters: int) -> Non
 def test_as_many_clusters_as_allowed_are_told_apart() -> None:
     qualities = fit([float(i) for i in range(127)], 127)
     assert qualities.assign(np.arange(127.0)[:, None]).tolist() == list(range(127))
-
-
-def exact_inertia_of(values: Floats, qualities: Qualities) -> float:
-    return qualities.inertia(values)
 
 
 def test_the_histogram_path_stays_within_a_thousandth(monkeypatch: pytest.MonkeyPatch) -> None:

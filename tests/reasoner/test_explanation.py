@@ -16,11 +16,11 @@ from tests.making import Held
 from tests.reasoner.reference import Options, Qualities, reason, similar
 from tests.reasoner.test_reference import settings_of
 from tests.reasoner.test_substitution import HELD
-from tests.reasoner.worlds import helds, held_by, make, options, world_of_held
+from tests.reasoner.worlds import held_by, helds, make, options, world_of_held
 
 
 def test_explanations_word_for_word() -> None:
-    found = rank_substitutes(make(HELD), "tray", instances=["plate 1"], available=["plate", "sponge", "ghost"])
+    found = rank_substitutes(make(HELD), "tray", ["plate", "sponge", "ghost"], instances=["plate 1"])
     assert [one.explain() for one in found] == [
         "plate, 0.50: as alphic (1 of 1) as a tray, like a tray in beta (1 of 1); lacks its gamma. "
         "What counts follows from hold_1 and use_3. "
@@ -151,7 +151,8 @@ def check_counterfactual(ranking: Ranking, one: Substitute, chosen: Options, hel
     else:
         assert not one.accepted
         assert not decision(replace(chosen, phi=Fraction(0)))
-    steps = sorted({d for table in (world.classes, world.functions) for of in table.values() for d in of.values()})
+    models = (*world.classes.values(), *world.functions.values())
+    steps = sorted({degree for model in models for degree in model.values()})
     tried = [s for s in steps if s != chosen.theta] + ([Fraction(1)] if chosen.theta < 1 else [])
     if change.representative is None:
         assert all(decision(replace(chosen, theta=s)) is one.accepted for s in tried)
@@ -189,9 +190,7 @@ def test_every_change_named_turns_the_decision(held: Held, chosen: Options, data
     tool = data.draw(st.sampled_from(labels))
     others = [label for label in labels if label != tool]
     assume(others)
-    ranking = rank_substitutes(
-        kb, tool, others, instances=list(held)[:2], settings=settings_of(chosen)
-    )
+    ranking = rank_substitutes(kb, tool, others, instances=list(held)[:2], settings=settings_of(chosen))
     for one in ranking:
         check_counterfactual(ranking, one, chosen, held, tool)
         assert one.explain()

@@ -21,7 +21,7 @@ from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import Ranking, rank_substitutes
 from tests.making import Held
 from tests.reasoner.reference import Options, Qualities, World, jaccard, reason, typical
-from tests.reasoner.worlds import THRESHOLDS, helds, held_by, make, options, world_of_held, world_of_kb
+from tests.reasoner.worlds import THRESHOLDS, held_by, helds, make, options, world_of_held, world_of_kb
 
 EXPERT = Path(__file__).resolve().parents[2] / "ersatz" / "data" / "expert.toml"
 EXAMPLES = int(os.environ.get("ERSATZ_EXAMPLES", "400"))
@@ -100,7 +100,8 @@ def test_the_expert_s_knowledge(chosen: Options) -> None:
     kb = expert_kb()
     world = world_of_kb(kb)
     assert len(world.classes) == 23
-    held = {str(row["name"]): instance_holds(kb, str(row["name"])) for row in list(kb.ask("all_instances"))[:5]}
+    instances = [str(row["name"]) for row in kb.ask("all_instances")][:5]
+    held = {name: instance_holds(kb, name) for name in instances}
     for tool in world.classes:
         check(kb, world, tool, held, chosen)
 

@@ -117,7 +117,7 @@ def test_an_instance_named_twice_is_one_candidate(kb: KnowledgeBase) -> None:
 
 def test_a_candidate_of_which_nothing_physical_is_known_is_flagged(kb: KnowledgeBase) -> None:
     (ghost,) = rank_substitutes(kb, "tray", ["ghost"])
-    assert (ghost.fraction, ghost.accepted, ghost.flags) == (0, False, ("unknown",))
+    assert (ghost.fraction, ghost.accepted, ghost.flags) == (Fraction(0), False, ("unknown",))
 
 
 def test_without_a_relevant_function_the_answer_is_undetermined(kb: KnowledgeBase) -> None:

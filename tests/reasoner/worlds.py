@@ -106,7 +106,8 @@ def world_of_kb(kb: KnowledgeBase) -> World:
 
     qualities = kb.query(
         "PREFIX e: <https://w3id.org/ersatz#> SELECT ?q ?p ?kind ?rank WHERE { "
-        "?q e:qualityOf ?p ; e:rank ?rank ; a ?kind . VALUES ?kind { e:PhysicalQuality e:FunctionalQuality } }"
+        "?q e:qualityOf ?p ; e:rank ?rank ; a ?kind "
+        "VALUES ?kind { e:PhysicalQuality e:FunctionalQuality } }"
     )
     return World(
         degrees(
