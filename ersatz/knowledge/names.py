@@ -19,12 +19,12 @@ from ersatz.knowledge.vocabulary import KB
 
 def class_name(label: str) -> str:
     """Return the CamelCase local name of an object class."""
-    return _guarded("".join(_normal(word[0].upper()) + word[1:] for word in _words(label)))
+    return _guarded("".join(word[0].upper() + word[1:] for word in _words(label)))
 
 
 def snake_name(label: str) -> str:
     """Return the snake_case local name of anything but a class."""
-    return _guarded("_".join(_normal(word.lower()) for word in _words(label)))
+    return _guarded("_".join(word.lower() for word in _words(label)))
 
 
 def class_iri(label: str) -> str:
@@ -69,13 +69,14 @@ def distinct(named: Iterable[tuple[str, str]]) -> None:
 
 def _words(label: str) -> list[str]:
     kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in _normal(label))
-    words = "".join(kept).split()
-    if not any(char.isalnum() for word in words for char in word):
+    words = [word for word in "".join(kept).split() if any(map(str.isalnum, word))]
+    if not words:
         raise InputError(f"{label!r} cannot be a name: it has neither letter nor digit")
     return words
 
 
 def _guarded(name: str) -> str:
+    name = _normal(name)
     return name if unicodedata.category(name[0])[0] == "L" else f"_{name}"
 
 

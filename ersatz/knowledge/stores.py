@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Final, Protocol, TypeAlias
+from typing import BinaryIO, Final, Protocol, TypeAlias
 from urllib.error import HTTPError, URLError
 from urllib.parse import parse_qs, urlencode, urlsplit
 from urllib.request import Request, urlopen
@@ -123,7 +123,7 @@ class DirectoryStore:
         self.location = str(path)
         self._writer: ox.Store | None = None
         self._reader: ox.Store | None = None
-        self._pin: int | None = None
+        self._pin: BinaryIO | None = None
         if (path / "unpublished").exists():
             with suppress(KnowledgeBaseError, OSError):  # a writer is at it, or we may only read
                 _publish(self._lock(), path)
@@ -179,7 +179,7 @@ class DirectoryStore:
         """Release the writer's lock and the reader's snapshot."""
         self._writer = self._reader = None
         if self._pin is not None:
-            os.close(self._pin)
+            self._pin.close()
             self._pin = None
 
     def _lock(self) -> ox.Store:
@@ -317,16 +317,16 @@ def _swap(fresh: Path, path: Path) -> None:
     shutil.rmtree(old, ignore_errors=True)
 
 
-def _pin(snapshot: Path) -> int | None:
+def _pin(snapshot: Path) -> BinaryIO | None:
     """Take a shared lock that keeps the writer from deleting a snapshot while it is read."""
     if sys.platform == "win32":
         return None
     import fcntl
 
-    handle = os.open(snapshot / "CURRENT", os.O_RDONLY)
+    handle = (snapshot / "CURRENT").open("rb")  # closed with its store even if nobody does it
     fcntl.flock(handle, fcntl.LOCK_SH)
     if not (snapshot / "CURRENT").exists():
-        os.close(handle)
+        handle.close()
         raise FileNotFoundError(snapshot)
     return handle
 

@@ -33,7 +33,8 @@ _TYPE: Final = str(v.TYPE)
 _FIRST: Final = {_TYPE: 0, str(v.SUBCLASS_OF): 1, str(v.LABEL): 2}
 _NUMBER: Final = re.compile(rf'"([+-]?[0-9.]+)"\^\^<{re.escape(v.XSD)}(integer|decimal)>$')
 _LETTERS: Final = (
-    "A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff\u2c00-\u2fef\u3001-\ud7ff"
+    r"A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff"
+    r"\u2c00-\u2fef\u3001-\ud7ff"
 )
 _LOCAL: Final = re.compile(rf"[{_LETTERS}][{_LETTERS}0-9-]*\Z")
 """What may follow a prefix in Turtle; of its PN_LOCAL the part we need, anything else stays a full IRI."""

@@ -49,7 +49,7 @@ def test_labels_become_names(label: str, snake: str, camel: str) -> None:
     assert model_iri(label) == f"{v.KB}model_{class_name(label)}"
 
 
-@pytest.mark.parametrize("label", ["", " ", "__", "-/.", "\u0301", "🥄", "\x00"])
+@pytest.mark.parametrize("label", ["", " ", "__", "-/.", "\u0301", "¯", "🥄", "\x00"])
 def test_a_label_without_letter_or_digit_is_refused(label: str) -> None:
     for rule in (snake_name, class_name):
         with pytest.raises(InputError, match="neither letter nor digit"):
