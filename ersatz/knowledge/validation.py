@@ -246,6 +246,7 @@ def _hermit(store: ox.Store) -> str:
             "-cp",
             paths,
             "org.semanticweb.HermiT.cli.CommandLine",
+            "--ignoreUnsupportedDatatypes",
             "-k",
             file.as_uri(),
         ]
