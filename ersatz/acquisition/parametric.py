@@ -52,7 +52,9 @@ def turned(profile: list[tuple[float, float]], sides: int = 64) -> Mesh:
         Closed if the profile begins and ends on the axis.
     """
     angles = np.arange(sides) * 2 * np.pi / sides
-    rings = [np.stack([r * np.cos(angles), r * np.sin(angles), np.full(sides, z)], axis=1) for r, z in profile]
+    rings = [
+        np.stack([r * np.cos(angles), r * np.sin(angles), np.full(sides, z)], axis=1) for r, z in profile
+    ]
     here = np.arange(sides)
     beside = (here + 1) % sides
     strips = []
@@ -118,7 +120,9 @@ def hemisphere_bowl(diameter: float, wall: float) -> Vessel:
     out[0], back[-1] = (0.0, -(r + wall)), (0.0, -r)
     out[-1], back[0] = (r + wall, 0.0), (r, 0.0)
     mesh = turned([*out, *back])
-    return Vessel(Mesh(mesh.vertices + np.array([0, 0, r + wall]), mesh.triangles), float(2 / 3 * np.pi * r**3 * 1000))
+    return Vessel(
+        Mesh(mesh.vertices + np.array([0, 0, r + wall]), mesh.triangles), float(2 / 3 * np.pi * r**3 * 1000)
+    )
 
 
 def tray(length: float, width: float, height: float, wall: float) -> Vessel:
@@ -210,6 +214,8 @@ def model(category: str, number: int, seed: int = 0) -> Mesh:
         If there is no model of the category.
     """
     if category not in MODELS:
-        raise InputError(f"no parametric model of {category!r}; there are models of {', '.join(sorted(MODELS))}")
+        raise InputError(
+            f"no parametric model of {category!r}; there are models of {', '.join(sorted(MODELS))}"
+        )
     rng = np.random.default_rng([seed, number, sorted(MODELS).index(category)])
     return MODELS[category](rng)
