@@ -104,6 +104,7 @@ class CameraSettings:
     noise: SensorNoise = field(default_factory=SensorNoise)
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if self.views < 1:
             raise InputError(f"views = {self.views}: at least one view of an object is needed")
         if not 0.2 <= self.distance <= 10:
@@ -159,7 +160,8 @@ class VirtualCamera:
 
     def views(self, seed: int = 0) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield (points, eye) of each view, in the mesh's frame, metres; `seed` tells objects apart."""
-        for number, direction in enumerate(viewing_directions(self.settings, seed)):
+        for number, first in enumerate(viewing_directions(self.settings, seed)):
+            direction = first
             rng = np.random.default_rng([self.settings.seed, seed, number])
             for _ in range(10):
                 eye = self.mesh.centre + direction * self.settings.distance
@@ -210,7 +212,9 @@ class VirtualCamera:
         camera = self.settings.intrinsics
         local = (self.mesh.vertices - eye) @ axes.T
         if local[:, 2].min() <= 0.05:
-            raise ScanError(f"the camera stands inside the object or within 5 cm of it: {local[:, 2].min():.3f} m")
+            raise ScanError(
+                f"the camera stands inside the object or within 5 cm of it: {local[:, 2].min():.3f} m"
+            )
         u = local[:, 0] / local[:, 2] * camera.fx + camera.cx
         v = local[:, 1] / local[:, 2] * camera.fy + camera.cy
         columns = np.arange(max(int(u.min()) - 2, 0), min(int(u.max()) + 3, camera.width))
@@ -310,5 +314,8 @@ def cloud_view(points: NDArray[np.float64], eye: NDArray[np.float64]) -> NDArray
     try:
         _, index = cloud.hidden_point_removal(eye, reach)
     except RuntimeError as error:
-        raise ScanError(f"{len(points)} points cannot be seen from {np.round(eye, 3).tolist()} m: {error}") from error
-    return points[np.sort(np.asarray(index))]
+        raise ScanError(
+            f"{len(points)} points cannot be seen from {np.round(eye, 3).tolist()} m: {error}"
+        ) from error
+    seen: NDArray[np.float64] = points[np.sort(np.asarray(index))]
+    return seen

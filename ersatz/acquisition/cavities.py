@@ -123,7 +123,7 @@ def _wet(wall: NDArray[np.bool_], plug: int) -> NDArray[np.bool_]:
     wide = np.pad(wall, ((plug, plug), (plug, plug), (0, 0)))
     thick = ndimage.binary_dilation(wide, sideways, plug)
     wet = ~thick & ~_drained(thick)
-    grown = ndimage.binary_dilation(wet, sideways, plug, mask=~wide)
+    grown: NDArray[np.bool_] = ndimage.binary_dilation(wet, sideways, plug, mask=~wide)
     return grown[plug:-plug, plug:-plug]
 
 
@@ -244,5 +244,5 @@ def _banks(
         thin[bank] |= np.minimum(towards, away) > 0.1
     banks = owner > 0
     shares = np.clip(0.5 + grid.offset[banks], 0, 1) * ~thin[banks]
-    partial = np.bincount(owner[banks], shares, count + 1)
+    partial = np.bincount(owner[banks], weights=shares.astype(np.float64), minlength=count + 1)
     return facing[1:], touching[1:], partial[1:]

@@ -65,7 +65,9 @@ def read_cloud(path: Path) -> Cloud:
         raise ScanError(f"{path}: there is no such file")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise ScanError(f"{path}: unknown kind of file {path.suffix!r}; known are {', '.join(sorted(READERS))}")
+        raise ScanError(
+            f"{path}: unknown kind of file {path.suffix!r}; known are {', '.join(sorted(READERS))}"
+        )
     try:
         return reader(path)
     except ScanError as error:
@@ -123,7 +125,8 @@ def _read_pcd(path: Path) -> Cloud:
     counts = list(map(int, header.get("COUNT", ["1"] * len(names))))
     if not len(names) == len(sizes) == len(kinds) == len(counts):
         raise ScanError(
-            f"{len(names)} fields, but {len(sizes)} sizes, {len(kinds)} types and {len(counts)} counts in the header"
+            f"{len(names)} fields, but {len(sizes)} sizes, {len(kinds)} types and {len(counts)} counts "
+            "in the header"
         )
     count = int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     if "POINTS" in header and int(header["POINTS"][0]) != count:
@@ -134,7 +137,8 @@ def _read_pcd(path: Path) -> Cloud:
     for name, kind in zip(names, formats, strict=True):
         if kind[1:] not in {"f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8"}:
             raise ScanError(f"field {name!r} has an impossible type and size {kind[1:]!r}")
-    fields = _pcd_fields(header["DATA"][0], body, count, names, formats, counts)
+    layout = list(zip(names, formats, counts, strict=True))
+    fields = _pcd_fields(header["DATA"][0], body, count, layout)
     points = _xyz(fields)
     if points is None:
         raise ScanError(f"no fields x, y, z among {names}")
@@ -147,8 +151,9 @@ def _read_pcd(path: Path) -> Cloud:
 
 
 def _pcd_fields(
-    coding: str, body: bytes, count: int, names: list[str], formats: list[str], counts: list[int]
+    coding: str, body: bytes, count: int, layout: list[tuple[str, str, int]]
 ) -> dict[str, NDArray[Any]]:
+    names, formats, counts = zip(*layout, strict=True)
     if coding == "ascii":
         table = _columns(body, count, sum(counts))
         starts = np.cumsum([0, *counts[:-1]])
@@ -164,7 +169,9 @@ def _pcd_fields(
     packed, unpacked = struct.unpack_from("<II", body)
     needed = count * sum(np.dtype(f).itemsize * c for f, c in zip(formats, counts, strict=True))
     if unpacked != needed or len(body) < 8 + packed:
-        raise ScanError(f"truncated: {needed} bytes announced, {unpacked} packed into {packed} of {len(body) - 8}")
+        raise ScanError(
+            f"truncated: {needed} bytes announced, {unpacked} packed into {packed} of {len(body) - 8}"
+        )
     plain = _lzf(body[8 : 8 + packed], unpacked)
     fields, start = {}, 0
     for name, kind, width in zip(names, formats, counts, strict=True):
@@ -256,7 +263,9 @@ def _ply_faces(
     if coding == "ascii":
         lines = body.split(b"\n", count)
         if len(lines) < count or not lines[count - 1].strip():
-            raise ScanError(f"truncated: {count} faces announced, {len([x for x in lines if x.strip()])} found")
+            raise ScanError(
+                f"truncated: {count} faces announced, {len([x for x in lines if x.strip()])} found"
+            )
         return _fans([[int(w) for w in line.split()] for line in lines[:count]]), b"\n".join(lines[count:])
     if properties[0][0] != "list" or any(words[0] == "list" for words in properties[1:]):
         raise ScanError(f"faces with the properties {properties} are not understood")
@@ -335,7 +344,9 @@ def _read_xyz(path: Path) -> Cloud:
     rows = [line for line in lines if line and not line[0].startswith("#")]
     widths = {len(row) for row in rows}
     if len(widths) > 1 or (widths and min(widths) < 3):
-        raise ScanError(f"every row needs the same three or more numbers; rows of {sorted(widths)} numbers found")
+        raise ScanError(
+            f"every row needs the same three or more numbers; rows of {sorted(widths)} numbers found"
+        )
     table = np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 3)
     return Cloud(table[:, :3], None, table[:, 3:6] if table.shape[1] == 6 else None)
 

@@ -67,7 +67,7 @@ def unions(
     edges: NDArray[np.int64], distances: NDArray[np.float64], count: int
 ) -> list[tuple[tuple[int, ...], float]]:
     """Return every group and the distance at which it came about; the last holds all `count` segments."""
-    parts = {i: (i,) for i in range(count)}
+    parts: dict[int, tuple[int, ...]] = {i: (i,) for i in range(count)}
     home = list(range(count))
     found: list[tuple[tuple[int, ...], float]] = []
     for edge in np.lexsort((edges[:, 1], edges[:, 0], distances)):

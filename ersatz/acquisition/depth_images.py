@@ -107,7 +107,7 @@ def read_depth_scan(
         corner = (int(words[0]) - 1, int(words[1]) - 1)
     depth = read_image(path).astype(np.float64) * unit
     if mask is not None:
-        inside = read_image(Path(mask))
+        inside = read_image(Path(mask)).astype(np.float64)
         if inside.shape != depth.shape:
             raise ScanError(f"{mask}: the mask has shape {inside.shape}, the depth image {depth.shape}")
         depth = np.where(inside > 0, depth, 0)

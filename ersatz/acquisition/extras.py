@@ -35,4 +35,6 @@ def pyplot() -> ModuleType:
         import_module("matplotlib").use("Agg")
         return import_module("matplotlib.pyplot")
     except ImportError as error:
-        raise MissingDependencyError(f"figures need matplotlib ({error}): pip install 'ersatz[figures]'") from error
+        raise MissingDependencyError(
+            f"figures need matplotlib ({error}): pip install 'ersatz[figures]'"
+        ) from error

@@ -41,6 +41,7 @@ class GeometrySettings:
     doubt: float = 0.05
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if not 5_000 <= self.coarse_voxels <= self.voxels <= 50_000_000:
             raise InputError(f"voxels = {self.voxels}, coarse_voxels = {self.coarse_voxels}: out of range")
 
@@ -63,9 +64,11 @@ class Geometry:
         Share of the upper surface, seen from above, in its dominant plane, in the best stable pose; from
         one view, share of the visible points in their dominant plane.
     hollowness : float or None, [0, 1)
-        Volume of the cavity over the volume of the convex hull.
+        Volume of the open cavity over the volume of the convex hull.
     containment : float or None, litres
-        What can be filled in from the best direction; of a lidded vessel, with the lid off.
+        What can be filled in from the best direction.
+    enclosed : float or None, litres
+        Of voids that the surface closes in and faces: what a vessel holds under its lid.
     support : float or None, m²
         Largest level area that faces up in a stable pose.
     silhouette : float or None, m²
@@ -85,6 +88,7 @@ class Geometry:
     flatness: float
     hollowness: float | None
     containment: float | None
+    enclosed: float | None
     support: float | None
     silhouette: float | None
     symmetry: float | None
@@ -120,12 +124,26 @@ def measure_geometry(scan: Scan, settings: GeometrySettings | None = None) -> Ge
     elongation = 1 - float(size[1] / size[0])
     if scan.partial:
         flat = _visible_flatness(scan.points, settings)
-        return Geometry(size, _volume_of(hull), None, elongation, flat, *([None] * 6), True)
+        volume = _volume_of(hull)
+        return Geometry(
+            size, volume, None, elongation, flat, None, None, None, None, None, None, None, partial=True
+        )
     samples = _splats(scan.points)
     support, flatness = best_support(samples, hull, settings)
     return Geometry(
-        size, _volume_of(hull), None, elongation, flatness, None, None, support,
-        silhouette(samples), symmetry(scan.points), None, False,
+        size,
+        _volume_of(hull),
+        None,
+        elongation,
+        flatness,
+        None,
+        None,
+        None,
+        support,
+        silhouette(samples),
+        symmetry(scan.points),
+        None,
+        False,
     )
 
 
@@ -139,15 +157,15 @@ def _of_mesh(mesh: Mesh, settings: GeometrySettings) -> Geometry:
     up, filling = best_filling(mesh, hull, axes, settings)
     volume = _volume_of(hull)
     known = volume > 0 and filling.doubtful < settings.doubt * volume
-    held = filling.open + filling.closed
     return Geometry(
         size,
         volume,
         enclosed_volume(mesh),
         1 - float(size[1] / size[0]),
         flatness,
-        held / volume if known else None,
-        held * 1000 if known else None,
+        filling.open / volume if known else None,
+        filling.open * 1000 if known else None,
+        filling.closed * 1000 if known else None,
         support,
         silhouette(samples),
         symmetry(points),
@@ -196,7 +214,8 @@ def facet_normals(corners: NDArray[np.float64], most: int, apart: float) -> NDAr
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     normals = hull.equations[:, :3]
     near = normals @ normals.T > np.cos(np.radians(apart))
-    left, chosen = areas.copy(), []
+    left = areas.copy()
+    chosen: list[NDArray[np.float64]] = []
     while len(chosen) < most and left.max() > 0:
         best = int((near @ left).argmax())
         mine = near[best] & (left > 0)
@@ -264,7 +283,9 @@ def best_filling(
     if most > 0:
         for tilt in (0.12, 0.06, 0.03):
             sides = rotation_to(up)[:2]
-            around = [up + tilt * (np.cos(t) * sides[0] + np.sin(t) * sides[1]) for t in np.arange(6) * np.pi / 3]
+            around = [
+                up + tilt * (np.cos(t) * sides[0] + np.sin(t) * sides[1]) for t in np.arange(6) * np.pi / 3
+            ]
             held = [_held(fill(samples, one, coarse)) for one in around]
             # A tilt must be clearly better than noise between voxels to be preferred.
             if max(held) > most * 1.01:
@@ -283,7 +304,8 @@ def _held(filling: Filling) -> float:
 def _edge(mesh: Mesh, axes: NDArray[np.float64], voxels: int) -> float:
     """Return the edge of voxels of which so many fill the box around the mesh, metres."""
     spans = np.ptp(mesh.vertices @ axes.T, axis=0)
-    return float(np.prod(np.maximum(spans, spans.max() / 30)) / voxels) ** (1 / 3)
+    volume = float(np.prod(np.maximum(spans, spans.max() / 30)))
+    return float(np.cbrt(volume / voxels))
 
 
 def enclosed_volume(mesh: Mesh) -> float | None:

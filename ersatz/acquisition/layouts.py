@@ -2,9 +2,9 @@
 
 Four layouts are known:
 
-* a folder with a `manifest.csv`: columns `category`, `id`, `file` (relative to the folder; default `<id>.ply`),
-  and optionally `kind` ("cad" marks a model of no particular thing), `mass_kg`, `dup_group` (scans of one
-  product share it), `licence`, `source`, `unit`;
+* a folder with a `manifest.csv`: columns `category`, `id`, `file` (relative to the folder; default
+  `<id>.ply`), and optionally `kind` ("cad" marks a model of no particular thing), `mass_kg`, `dup_group`
+  (scans of one product share it), `licence`, `source`, `unit`;
 * `<class>/<instance>/<scan>` or `<class>/<scan>`;
 * the Washington RGB-D data set: `<class>/<class>_<n>/<class>_<n>_<video>_<frame>.pcd` (or `_depthcrop.png`),
   with or without a folder `rgbd-dataset` around it;
@@ -152,7 +152,9 @@ def _of_manifest(manifest: Path) -> list[ScanFile]:
         try:
             mass = float(cells["mass_kg"]) if cells.get("mass_kg") else None
         except ValueError as error:
-            raise InputError(f"{manifest}, line {number}: mass_kg {cells['mass_kg']!r} is not a number") from error
+            raise InputError(
+                f"{manifest}, line {number}: mass_kg {cells['mass_kg']!r} is not a number"
+            ) from error
         files.append(
             ScanFile(
                 manifest.parent / (cells.get("file") or f"{cells['id']}.ply"),
@@ -182,10 +184,14 @@ def _of_tree(folder: Path) -> list[ScanFile]:
         ycb = YCB.fullmatch(place[0])
         if ycb and place[1] == "google_16k":
             if path.name == "nontextured.ply":
-                files.append(ScanFile(path, ycb["class"].replace("_", " "), place[0], credit="YCB; CC-BY-4.0"))
+                files.append(
+                    ScanFile(path, ycb["class"].replace("_", " "), place[0], credit="YCB; CC-BY-4.0")
+                )
         elif match and len(place) == 3:
             seen = f"{match['video']}_{match['frame']}"
-            files.append(ScanFile(path, object_class, place[1], seen, credit="Washington RGB-D Object Dataset"))
+            files.append(
+                ScanFile(path, object_class, place[1], seen, credit="Washington RGB-D Object Dataset")
+            )
         elif len(place) >= 3:
             files.append(ScanFile(path, object_class, place[1], "_".join((*place[2:-1], path.stem))))
         else:
@@ -263,7 +269,14 @@ def views_of(scan: Scan, settings: FolderSettings | None = None, seed: int = 0) 
     for number, (points, eye) in enumerate(_pictures(scan, settings.camera, seed)):
         seen = "_".join(filter(None, (scan.observation, f"view_{number}")))
         yield replace(
-            scan, points=points, observation=seen, sensor=eye, mesh=None, normals=None, colours=None, virtual=True
+            scan,
+            points=points,
+            observation=seen,
+            sensor=eye,
+            mesh=None,
+            normals=None,
+            colours=None,
+            virtual=True,
         )
 
 

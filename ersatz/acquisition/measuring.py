@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class MeasuringSettings:
     keep_going: bool = False
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if self.workers < 1:
             raise InputError(f"workers = {self.workers}: at least one process is needed")
 
@@ -127,11 +129,15 @@ def measure_scans(
     for scan, values in _measured(scans, concepts, settings):
         for name, value in values.items():
             prop = PROPERTIES[name] if name in PROPERTIES else _shape(name)
-            row = _Row(prop, scan.object_class, scan.instance, scan.observation, value, scan.origin, scan.source)
+            row = _Row(
+                prop, scan.object_class, scan.instance, scan.observation, value, scan.origin, scan.source
+            )
             rows.setdefault((name, scan.origin, scan.source), []).append(row)
         if progress is not None:
             progress(scan)
-    ordered = sorted(rows.items(), key=lambda item: (item[0][0], item[0][1], item[0][2].name, item[0][2].sha256))
+    ordered = sorted(
+        rows.items(), key=lambda item: (item[0][0], item[0][1], item[0][2].name, item[0][2].sha256)
+    )
     return [_block(part) for _, part in ordered]
 
 
@@ -139,7 +145,9 @@ def _shape(name: str) -> Property:
     """Return the property of a concept beyond the paper's four."""
     rank = int(name.removeprefix("shape_"))
     first = PROPERTIES["shape_1"]
-    return Property(name, first.kind, orientation=first.orientation, definition=first.definition.replace("1", str(rank)))
+    return Property(
+        name, first.kind, orientation=first.orientation, definition=first.definition.replace("1", str(rank))
+    )
 
 
 def _block(rows: list[_Row]) -> Block:
@@ -160,7 +168,7 @@ def _measured(
     """Yield each scan with its values, in the order of the scans."""
     if settings.workers == 1:
         for scan in scans:
-            yield scan, _answer(scan, settings, lambda scan=scan: measure_scan(scan, concepts, settings))
+            yield scan, _answer(scan, settings, partial(measure_scan, scan, concepts, settings))
         return
     # Spawned, because open3d's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")

@@ -28,19 +28,24 @@ class Mesh:
     triangles: NDArray[np.int64]
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         vertices, triangles = self.vertices, self.triangles
         if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
             raise ScanError(
-                f"a mesh needs vertices (v, 3) and triangles (t, 3), not {vertices.shape} and {triangles.shape}"
+                f"a mesh needs vertices (v, 3) and triangles (t, 3), "
+                f"not {vertices.shape} and {triangles.shape}"
             )
         if not len(triangles):
             raise ScanError("a mesh needs at least one triangle; this one has none")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             raise ScanError(
-                f"a triangle names vertex {triangles.max()} (smallest {triangles.min()}) of {len(vertices)} vertices"
+                f"a triangle names vertex {triangles.max()} (smallest {triangles.min()}) "
+                f"of {len(vertices)} vertices"
             )
         if not np.isfinite(vertices).all():
-            raise ScanError(f"{int((~np.isfinite(vertices)).any(axis=1).sum())} vertices are not finite numbers")
+            raise ScanError(
+                f"{int((~np.isfinite(vertices)).any(axis=1).sum())} vertices are not finite numbers"
+            )
         if not self.areas.sum() > 0:
             raise ScanError("the mesh has no surface: the area of all its triangles is 0")
 

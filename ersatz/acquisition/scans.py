@@ -77,8 +77,11 @@ class Scan:
     source: Source = field(default_factory=lambda: Source("memory"))
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if self.points.ndim != 2 or self.points.shape[1] != 3 or not len(self.points):
-            raise ScanError(f"{self.label}: points must have shape (n, 3) with n > 0, not {self.points.shape}")
+            raise ScanError(
+                f"{self.label}: points must have shape (n, 3) with n > 0, not {self.points.shape}"
+            )
         if not np.isfinite(self.points).all():
             raise ScanError(f"{self.label}: a coordinate is not a finite number; leave such points out")
         for name, values in (("normals", self.normals), ("colours", self.colours)):

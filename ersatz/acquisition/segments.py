@@ -53,6 +53,7 @@ class SegmentSettings:
     parallel: float = 18.0
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if self.resolution < 10 or self.neighbours < 5 or self.seeds < 2:
             raise InputError(f"too coarse to segment anything: {self}")
 
@@ -107,11 +108,10 @@ class Segments:
 def principal_frame(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the centroid (3,) and the principal axes (3, 3 rows), signed by the points' skewness.
 
-    The axes turn with the object and do not depend on the order of the points.
+    The axes turn with the object.
     """
-    ordered = points[np.lexsort(points.T)]
-    centroid = ordered.mean(axis=0)
-    centred = ordered - centroid
+    centroid = points.mean(axis=0)
+    centred = points - centroid
     _, vectors = np.linalg.eigh(centred.T @ centred)
     axes = vectors.T[::-1].copy()
     skew = ((centred @ axes.T) ** 3).sum(axis=0)
@@ -145,7 +145,9 @@ def prepare(scan: Scan, settings: SegmentSettings) -> Surface:
     spacing = diagonal / settings.resolution
     points = thinned(points, spacing)
     if len(points) <= settings.neighbours:
-        raise ScanError(f"{scan.label}: {len(points)} points remain after thinning to {spacing * 1000:.2g} mm")
+        raise ScanError(
+            f"{scan.label}: {len(points)} points remain after thinning to {spacing * 1000:.2g} mm"
+        )
     distances, index = cKDTree(points).query(points, settings.neighbours)
     reach = distances.mean(axis=1)
     keep = reach <= reach.mean() + settings.outliers * reach.std()
@@ -160,8 +162,6 @@ def prepare(scan: Scan, settings: SegmentSettings) -> Surface:
 
 def thinned(points: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
     """Return the mean of the points in each occupied voxel of edge `spacing` (metres)."""
-    # Rounding makes points that differ by the error of a rotation fall into one order.
-    points = points[np.lexsort(np.round(points / spacing, 6).T)]
     cells = np.floor(points / spacing + 0.5).astype(np.int64)
     cells -= cells.min(axis=0)
     shape = cells.max(axis=0) + 1
@@ -193,7 +193,9 @@ def segment(surface: Surface, settings: SegmentSettings) -> Segments:
     count = int(labels.max()) + 1
     touching = _contacts(labels, pairs, count, settings.contacts)
     means = _mean_normals(surface.normals, labels, count)
-    parallel = (means[touching[:, 0]] * means[touching[:, 1]]).sum(axis=1) > np.cos(np.radians(settings.parallel))
+    parallel = (means[touching[:, 0]] * means[touching[:, 1]]).sum(axis=1) > np.cos(
+        np.radians(settings.parallel)
+    )
     merged = touching[parallel]
     graph = coo_matrix((np.ones(len(merged)), (merged[:, 0], merged[:, 1])), shape=(count, count))
     _, whole = connected_components(graph, directed=False)

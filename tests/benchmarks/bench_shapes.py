@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.bench_shapes [--out FILE] [--views 6] [--objects N] [--sphere]
 
-Concepts are learned from `unlabelled/`, without labels. The test is a 9-nearest-neighbour classifier on views of
-`objects/`, split five times by product (`dup_group`), never by view. Accuracy is the mean over the splits.
+Concepts are learned from `unlabelled/`, without labels. The test is a 9-nearest-neighbour classifier on views
+of `objects/`, split five times by product (`dup_group`), never by view. Accuracy is the mean over the splits.
 """
 
 import argparse
@@ -81,7 +81,9 @@ def load(folder: Path, camera: CameraSettings, most: int | None) -> Views:
     return Views(scans, cut)
 
 
-def accuracy(features: Array, labels: NDArray[Any], groups: NDArray[Any], scaled: bool) -> tuple[float, float]:
+def accuracy(
+    features: Array, labels: NDArray[Any], groups: NDArray[Any], scaled: bool
+) -> tuple[float, float]:
     """Return mean and deviation over five splits of the share of views that nine neighbours name right."""
     from sklearn.model_selection import StratifiedGroupKFold
     from sklearn.neighbors import KNeighborsClassifier
@@ -132,7 +134,8 @@ def principal(train: Array, test: Array, count: int) -> Array:
     """Return test data reduced to the first principal axes of the training data."""
     mean, deviation = train.mean(axis=0), train.std(axis=0) + 1e-12
     axes = np.linalg.svd((train - mean) / deviation, full_matrices=False)[2][:count]
-    return ((test - mean) / deviation) @ axes.T
+    reduced: Array = ((test - mean) / deviation) @ axes.T
+    return reduced
 
 
 def fpfh(views: Views) -> list[Array]:
@@ -168,18 +171,25 @@ def ensemble(views: Views) -> Array:
         a, b, c = cut.surface.points[rng.integers(0, len(cut.surface.points), (3, 5000))]
         sides = [np.linalg.norm(x - y, axis=1) / cut.surface.diagonal for x, y in ((a, b), (b, c), (c, a))]
         area = np.sqrt(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / cut.surface.diagonal
-        cosine = np.clip(((b - a) * (c - a)).sum(axis=1) / (sides[0] * sides[2] * cut.surface.diagonal**2 + 1e-12), -1, 1)
-        parts = [np.histogram(v, 32, r)[0] for v, r in ((sides[0], (0, 1)), (area, (0, 0.8)), (cosine, (-1, 1)))]
+        cosine = np.clip(
+            ((b - a) * (c - a)).sum(axis=1) / (sides[0] * sides[2] * cut.surface.diagonal**2 + 1e-12), -1, 1
+        )
+        parts = [
+            np.histogram(v, 32, r)[0] for v, r in ((sides[0], (0, 1)), (area, (0, 0.8)), (cosine, (-1, 1)))
+        ]
         found.append(np.sqrt(np.concatenate(parts) / 5000))
     return np.stack(found)
 
 
 def extents(views: Views) -> Array:
     """Return the logarithms of the box sizes along the principal axes, metres."""
-    return np.log(np.stack([np.ptp(cut.surface.points, axis=0) for cut in views.cut]))
+    sizes: Array = np.log(np.stack([np.ptp(cut.surface.points, axis=0) for cut in views.cut]))
+    return sizes
 
 
-def variants(train: Views, test: Views, half: Views, rest: Views) -> Iterator[tuple[str, Views, Array, bool, bool]]:
+def variants(
+    train: Views, test: Views, half: Views, rest: Views
+) -> Iterator[tuple[str, Views, Array, bool, bool]]:
     """Yield (name, views, features, whether to scale them, whether they are responses)."""
     base = ConceptSettings()
     concepts = learned(train, base)
@@ -191,16 +201,26 @@ def variants(train: Views, test: Views, half: Views, rest: Views) -> Iterator[tu
         "one dictionary level (16)": replace(base, symbols=SymbolSettings((16,))),
         "whole object only, no groups": replace(base, compositions=replace(base.compositions, smallest=0.95)),
         "groups from half the area on": replace(base, compositions=replace(base.compositions, smallest=0.5)),
-        "no form of the whole (symbols only)": replace(base, compositions=CompositionSettings(form_weight=0.0)),
+        "no form of the whole (symbols only)": replace(
+            base, compositions=CompositionSettings(form_weight=0.0)
+        ),
     }
-    changed |= {f"{n} concepts, k-means": replace(base, persistence=False, concepts=n) for n in (2, 3, 6, 8, 12, 16)}
+    changed |= {
+        f"{n} concepts, k-means": replace(base, persistence=False, concepts=n) for n in (2, 3, 6, 8, 12, 16)
+    }
     for name, settings in changed.items():
         found, vector = features_of(learned(train, settings), test)
         yield name, test, found, True, True
         if "symbols only" in name:
             yield "full motif vector, symbols only", test, vector, False, False
     other = learned(half, replace(base, persistence=False))
-    yield "learned from half the objects (other half tested), k-means", rest, features_of(other, rest)[0], True, True
+    yield (
+        "learned from half the objects (other half tested), k-means",
+        rest,
+        features_of(other, rest)[0],
+        True,
+        True,
+    )
     words = bag_of_words(fpfh(train), fpfh(test), 64)
     yield "rival: FPFH bag of 64 words, 4 principal axes", test, principal(*words, 4), True, False
     yield "rival: FPFH bag of 64 words, full", test, words[1], False, False
@@ -226,8 +246,9 @@ def report(views: int, most: int | None, upper: bool) -> Iterator[str]:
     half, rest = part(test, lambda s: s.group in first), part(test, lambda s: s.group not in first)
     majority = np.unique(test.coarse, return_counts=True)[1].max() / len(test.scans)
     where = "20-70 degrees above the xy-plane" if upper else "the whole viewing sphere"
-    yield f"{len(np.unique(test.instance))} objects, {len(products)} products, {len(test.scans)} views from {where};"
-    yield f"concepts from {len(train.scans)} views of {len(np.unique(train.instance))} other objects; majority {majority:.2f}"
+    objects, others = len(np.unique(test.instance)), len(np.unique(train.instance))
+    yield f"{objects} objects, {len(products)} products, {len(test.scans)} views from {where};"
+    yield f"concepts from {len(train.scans)} views of {others} other objects; majority {majority:.2f}"
     yield ""
     yield "| features | coarse (7) | categories | ICC |"
     yield "|---|---|---|---|"
@@ -260,7 +281,7 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--objects", type=int, help="only the first so many, for a trial")
     parser.add_argument("--sphere", action="store_true", help="from all sides, also from below")
     given = parser.parse_args(words)
-    with (given.out.open("w", encoding="utf-8") if given.out else sys.stdout) as file:
+    with given.out.open("w", encoding="utf-8") if given.out else sys.stdout as file:
         for line in report(given.views, given.objects, not given.sphere):
             print(line, file=file, flush=True)
 
