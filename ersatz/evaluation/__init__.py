@@ -1,0 +1,1 @@
+"""Agreement with experts (paper: Experimental Evaluation): scenarios, votes, rivals, figures, a report."""

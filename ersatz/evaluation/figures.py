@@ -1,0 +1,330 @@
+"""Figures of the experiment: PNG and SVG, in colours that colour-blind people and printers keep apart.
+
+Sequential values use cividis; categories use the palette of Okabe and Ito. matplotlib is imported when a
+figure is drawn.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.errors import MissingDependencyError
+from ersatz.evaluation.experiment import Results, Standing
+from ersatz.evaluation.scenarios import Scenario
+from ersatz.evaluation.sweeps import SHOWN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"
+NOT_OFFERED: Final = "#D9D9D9"
+STYLE: Final = {
+    "font.size": 9.0,
+    "font.family": "DejaVu Sans",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "svg.hashsalt": "ersatz",
+    "svg.fonttype": "path",
+    "figure.dpi": 100,
+    "savefig.dpi": 150,
+}
+NAMES: Final = {"top1": "top-1", "ndcg": "nDCG above chance", "f1": "F1 of the set"}
+
+
+def draw_all(results: Results, folder: Path) -> list[str]:
+    """Draw every figure there is data for, as PNG and SVG; return their names in the report's order.
+
+    Raises
+    ------
+    MissingDependencyError
+        If matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingDependencyError(f"figures need matplotlib ({error}): install ersatz[figures]") from None
+    done = []
+    with mpl.rc_context(STYLE):
+        for name, draw in FIGURES.items():
+            figure = Figure(layout="constrained")
+            if draw(results, figure):
+                figure.savefig(folder / f"{name}.png", metadata={"Software": ""})
+                figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
+                done.append(name)
+    return done
+
+
+def heat_maps(results: Results, figure: "Figure") -> bool:
+    """Draw the paper's two heat maps: the experts' choices, and ERSATZ's similarity."""
+    names = sorted({n for s in results.scenarios for n in (s.missing, *s.available)})
+    answers = results.first.answers
+    experts = _matrix(names, results.scenarios, [s.shares() for s in results.scenarios])
+    scores = [a.scores or (0.0,) * len(s.available) for s, a in zip(results.scenarios, answers, strict=True)]
+    ours = _matrix(names, results.scenarios, scores)
+    dots = _both(names, results)
+    side = 2.6 + 0.26 * len(names)
+    figure.set_size_inches(2 * side + 0.6, side + 0.9)
+    axes = figure.subplots(1, 2)
+    voted = any(s.voters for s in results.scenarios)
+    what = "experts' choices (share of votes)" if voted else "right answers (share of scenarios)"
+    for axis, values, title in ((axes[0], experts, what), (axes[1], ours, "ERSATZ (similarity)")):
+        image = _map(axis, values, names, title)
+        rows, columns = np.nonzero(dots)
+        for row, column in zip(rows, columns, strict=True):
+            dark = not values[row, column] > 0.55
+            axis.plot(column, row, "o", ms=4.5, color="white" if dark else "black", mec="none")
+    axes[0].set_ylabel("missing tool")
+    figure.colorbar(image, ax=list(axes), shrink=0.6, aspect=30, pad=0.01)
+    figure.supxlabel("available object        (grey: not offered;  dot: chosen by both)", fontsize=9)
+    return True
+
+
+def methods(results: Results, figure: "Figure") -> bool:
+    """Draw every method's agreement with its interval, beside chance and ceiling."""
+    rows = list(results.standings)
+    figure.set_size_inches(11, 1.2 + 0.3 * len(rows))
+    axes = figure.subplots(1, 3, sharey=True)
+    at = np.arange(len(rows))[::-1]
+    for axis, metric in zip(axes, SHOWN, strict=True):
+        for y, one in zip(at, rows, strict=True):
+            _interval(axis, y, one, metric)
+        axis.set_xlabel(NAMES[metric])
+        axis.axvline(rows[0].metrics[metric].mean or 0, color=BLUE, lw=0.8, ls=":")
+        axis.grid(axis="x", color="#EEEEEE")
+        axis.set_axisbelow(True)
+    axes[0].set_yticks(at, [one.label for one in rows])
+    chance = next((one for one in rows if one.name == "chance"), None)
+    if chance:
+        axes[0].axvline(chance.metrics["top1"].mean or 0, color=GREY, lw=1, ls="--")
+    ceiling = results.ceilings["blind"].mean
+    if ceiling is not None:
+        axes[0].axvline(ceiling, color=GREEN, lw=1, ls="--")
+        axes[0].annotate("ceiling", (ceiling, len(rows) - 0.4), color=GREEN, ha="right", fontsize=8)
+    axes[1].axvline(0, color=GREY, lw=1, ls="--")
+    axes[2].plot([], [], "o", color=BLUE, label="ERSATZ and variants")
+    axes[2].plot([], [], "s", color=ORANGE, label="rivals")
+    axes[2].plot([], [], "s", color=ORANGE, mfc="white", label="threshold chosen on other tools")
+    figure.legend(loc="outside upper right", ncols=3, frameon=False, fontsize=8)
+    return True
+
+
+def calibration(results: Results, figure: "Figure") -> bool:
+    """Draw how often an object is chosen, by how similar ERSATZ finds it."""
+    pairs = [
+        (score, share)
+        for scenario, answer in zip(results.scenarios, results.first.answers, strict=True)
+        for score, share in zip(answer.scores or (), scenario.shares(), strict=False)
+    ]
+    if not pairs:
+        return False
+    scores, shares = np.array(pairs).T
+    figure.set_size_inches(5.2, 4.6)
+    axis, counts = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
+    edges = np.linspace(0, 1, 11)
+    bins = np.minimum(np.digitize(scores, edges) - 1, 9)
+    for one in sorted(set(bins.tolist())):
+        inside = shares[bins == one]
+        mean, low, high = _wilson(float(inside.mean()), len(inside))
+        x = float(scores[bins == one].mean())
+        axis.errorbar(x, mean, [[mean - low], [high - mean]], fmt="o", color=BLUE, capsize=3)
+    axis.plot((0, 1), (0, 1), color=GREY, lw=1, ls="--")
+    axis.axvline(0.35, color=ORANGE, lw=1, ls=":")
+    axis.annotate("paper's φ", (0.36, 0.96), color=ORANGE, fontsize=8, va="top")
+    axis.set(ylabel="share chosen by experts, or right", xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
+    counts.hist(scores, edges.tolist(), color=BLUE, alpha=0.6)
+    counts.set(xlabel="ERSATZ's similarity", ylabel="pairs")
+    return True
+
+
+def thresholds(results: Results, figure: "Figure") -> bool:
+    """Draw the agreement over theta and phi; the paper's pair is framed."""
+    thetas, phis = (sorted({key[at] for key in results.grid}) for at in (0, 1))
+    figure.set_size_inches(11.5, 3.9)
+    axes = figure.subplots(1, 3, sharey=True)
+    for axis, metric in zip(axes, SHOWN, strict=True):
+        values = np.array([[results.grid[t, p][metric] for p in phis] for t in thetas])
+        image = axis.imshow(values, cmap="cividis", origin="lower", aspect="auto")
+        middle = (values.max() + values.min()) / 2
+        for row, column in np.ndindex(values.shape):
+            tone = "black" if values[row, column] > middle else "white"
+            text = f"{values[row, column]:.2f}"
+            axis.text(column, row, text, ha="center", va="center", fontsize=7.5, color=tone)
+        axis.set_xticks(range(len(phis)), [f"{float(p):g}" for p in phis])
+        axis.set_yticks(range(len(thetas)), [f"{float(t):g}" for t in thetas])
+        axis.set(title=NAMES[metric], xlabel="φ (relevance and substitutes)")
+        paper = [i for i, t in enumerate(thetas) if float(t) == 0.35]
+        for i in paper:
+            axis.add_patch(_frame(i))
+        figure.colorbar(image, ax=axis, shrink=0.8)
+    axes[0].set_ylabel("θ (representative)")
+    return True
+
+
+def sweeps(results: Results, figure: "Figure") -> bool:
+    """Draw every sweep and ablation: one panel a parameter."""
+    parameters = list(dict.fromkeys(cell.parameter for cell in results.cells))
+    if not parameters:
+        return False
+    wide = 4
+    tall = -(-len(parameters) // wide)
+    figure.set_size_inches(12.5, 2.75 * tall)
+    axes = np.asarray(figure.subplots(tall, wide, sharey=True, squeeze=False)).ravel()
+    for axis, parameter in zip(axes, parameters, strict=False):
+        cells = [cell for cell in results.cells if cell.parameter == parameter]
+        if not all(_is_number(cell.value) for cell in cells):
+            cells = list(dict((c.value, c) for c in cells).values())
+        at = np.arange(len(cells))
+        for metric, colour, mark in zip(SHOWN, (BLUE, ORANGE, GREEN), "os^", strict=True):
+            means = np.array([cell.metrics[metric].mean or 0 for cell in cells])
+            low = np.array([cell.metrics[metric].low or 0 for cell in cells])
+            high = np.array([cell.metrics[metric].high or 0 for cell in cells])
+            axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
+            axis.plot(at, means, mark + "-", color=colour, ms=4, lw=1, label=NAMES[metric])
+        determined = [cell.determined for cell in cells]
+        axis.plot(at, determined, color=GREY, lw=1, ls="--", label="share answered")
+        turned = max(len(cell.value) for cell in cells) > 4
+        axis.set_xticks(
+            at, [c.value for c in cells], rotation=40 if turned else 0, ha="right" if turned else "center"
+        )
+        axis.set_title(parameter, fontsize=9)
+        axis.grid(axis="y", color="#EEEEEE")
+    for axis in axes[len(parameters) :]:
+        axis.set_visible(False)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=4, frameon=False)
+    return True
+
+
+def stability(results: Results, figure: "Figure") -> bool:
+    """Draw what becomes of the answers when the objects of every class are drawn again."""
+    if not results.resamples:
+        return False
+    tools = sorted({s.missing for s in results.scenarios})
+    same = {tool: [] for tool in tools}  # type: dict[str, list[float]]
+    spreads = []
+    for at, scenario in enumerate(results.scenarios):
+        before = results.first.answers[at].best(scenario)
+        after = [answers[at] for answers in results.resamples]
+        same[scenario.missing] += [
+            float(bool(a.best(scenario) & before) or not before | a.best(scenario)) for a in after
+        ]
+        known = [a.scores for a in after if a.scores is not None]
+        if len(known) > 1:
+            spreads += np.std(np.array(known), axis=0).tolist()
+    figure.set_size_inches(10.5, 4.4)
+    axis, spread, overall = figure.subplots(1, 3, width_ratios=(2, 1.2, 1.2))
+    kept = sorted(((float(np.mean(same[tool])), tool) for tool in tools), reverse=True)
+    axis.bar(range(len(kept)), [share for share, _ in kept], color=BLUE)
+    axis.set_xticks(range(len(kept)), [tool for _, tool in kept], rotation=55, ha="right")
+    axis.set(ylabel="resamples with the same best object", ylim=(0, 1))
+    spread.hist(spreads, 15, color=BLUE)
+    spread.set(xlabel="standard deviation of a similarity", ylabel="pairs")
+    _over_objects(results, overall)
+    return True
+
+
+FIGURES: Final[dict[str, Callable[[Results, Any], bool]]] = {
+    "heat_maps": heat_maps,
+    "methods": methods,
+    "calibration": calibration,
+    "thresholds": thresholds,
+    "sweeps": sweeps,
+    "stability": stability,
+}
+"""In the order of the report."""
+
+CAPTIONS: Final = {
+    "heat_maps": "Which objects are chosen for which missing tool, by the experts (or by the stated answers) and "
+    "by ERSATZ's similarity; means over the scenarios of a tool. Grey: never offered together. Dots: a choice of "
+    "the experts that ERSATZ accepts. A dark row on the right: undetermined, or nothing similar.",
+    "methods": "Agreement of every method with 95 % intervals (tools drawn again). Dashed: chance (grey) and what "
+    "one ranking a tool can reach at best (green); dotted: ERSATZ. Hollow: the method only ranks, its threshold was "
+    "chosen on other tools.",
+    "calibration": "How often an object is chosen, or right, by its similarity (Wilson intervals).",
+    "thresholds": "Agreement over the two thresholds of the paper; its own pair is framed. Not used for choosing.",
+    "sweeps": "One choice changed at a time; bands are 95 % intervals, the dashed line the share of scenarios with "
+    "an answer.",
+    "stability": "The objects of every class drawn again with replacement, the knowledge base grounded again.",
+}
+
+
+def _map(axis: "Axes", values: NDArray[np.float64], names: Sequence[str], title: str) -> Any:
+    axis.set_facecolor(NOT_OFFERED)
+    image = axis.imshow(np.ma.masked_invalid(values), cmap="cividis", vmin=0, vmax=1)
+    axis.set_xticks(range(len(names)), names, rotation=90, fontsize=9)
+    axis.set_yticks(range(len(names)), names, fontsize=9)
+    axis.set_xticks(np.arange(-0.5, len(names)), minor=True)
+    axis.set_yticks(np.arange(-0.5, len(names)), minor=True)
+    axis.grid(which="minor", color="white", lw=0.8)
+    axis.tick_params(which="both", length=0)
+    axis.set_title(title, fontsize=11)
+    for spine in axis.spines.values():
+        spine.set_visible(False)
+    return image
+
+
+def _matrix(
+    names: Sequence[str], scenarios: Sequence[Scenario], values: Sequence[Sequence[float]]
+) -> NDArray[np.float64]:
+    """Return (missing, available) means over scenarios; nan where never offered."""
+    row = {name: at for at, name in enumerate(names)}
+    sums, counts = np.zeros((2, len(names), len(names)))
+    for scenario, numbers in zip(scenarios, values, strict=True):
+        columns = [row[name] for name in scenario.available]
+        sums[row[scenario.missing], columns] += numbers
+        counts[row[scenario.missing], columns] += 1
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+
+
+def _both(names: Sequence[str], results: Results) -> NDArray[np.bool_]:
+    row = {name: at for at, name in enumerate(names)}
+    dots = np.zeros((len(names), len(names)), dtype=bool)
+    for scenario, answer in zip(results.scenarios, results.first.answers, strict=True):
+        for name in scenario.chosen() & (answer.accepted or frozenset()):
+            dots[row[scenario.missing], row[name]] = True
+    return dots
+
+
+def _interval(axis: "Axes", y: float, one: Standing, metric: str) -> None:
+    e = one.metrics[metric]
+    if e.mean is not None and e.low is not None and e.high is not None:
+        colour, mark = (BLUE, "o") if one.ours else (ORANGE, "s")
+        face = "white" if metric == "f1" and not one.decides else colour
+        axis.plot((e.low, e.high), (y, y), color=colour, lw=1.2)
+        axis.plot(e.mean, y, mark, color=colour, mfc=face, ms=5)
+
+
+def _over_objects(results: Results, axis: "Axes") -> None:
+    found = results.over_objects()
+    for at, metric in enumerate(SHOWN):
+        e, fixed = found[metric], results.first.metrics[metric]
+        for x, one, colour in ((at - 0.12, fixed, ORANGE), (at + 0.12, e, BLUE)):
+            axis.plot((x, x), (one.low or 0, one.high or 0), color=colour, lw=2)
+            axis.plot(x, one.mean or 0, "o", color=colour)
+    axis.plot([], [], color=ORANGE, lw=2, label="tools drawn again")
+    axis.plot([], [], color=BLUE, lw=2, label="objects drawn again")
+    axis.set_xticks(range(len(SHOWN)), [NAMES[m].replace(" ", "\n", 1) for m in SHOWN])
+    axis.set_xlim(-0.5, len(SHOWN) - 0.5)
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _wilson(share: float, n: int, z: float = 1.96) -> tuple[float, float, float]:
+    """Return a share with its Wilson interval (Wilson 1927)."""
+    middle = (share + z * z / 2 / n) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * (share * (1 - share) / n + z * z / 4 / n / n) ** 0.5
+    return share, min(share, max(0.0, middle - half)), max(share, min(1.0, middle + half))
+
+
+def _frame(at: int) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((at - 0.5, at - 0.5), 1, 1, fill=False, ec=ORANGE, lw=2)
+
+
+def _is_number(text: str) -> bool:
+    return text.replace(".", "", 1).isdigit()
