@@ -155,11 +155,16 @@ class DirectoryStore:
         finally:
             shutil.rmtree(fresh, ignore_errors=True)
 
-    def query(self, text: str) -> Results:
-        """Answer a SPARQL 1.1 query, of the writer's own state once there was a change."""
+    @property
+    def engine(self) -> ox.Store:
+        """What is read: the newest snapshot, or the writer's own state once there was a change."""
         engine = self._writer or self._reader
         assert engine is not None
-        return engine.query(text)
+        return engine
+
+    def query(self, text: str) -> Results:
+        """Answer a SPARQL 1.1 query."""
+        return self.engine.query(text)
 
     def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
         """Commit one transaction and publish it to readers."""

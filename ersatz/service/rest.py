@@ -1,0 +1,184 @@
+"""Substitution over HTTP: `/substitutes?missing=tray&available=plate`, described by OpenAPI."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Header, HTTPException, Query
+from pydantic import BaseModel, Field
+
+from ersatz.errors import ErsatzError, UnknownNameError
+from ersatz.reasoner.relevance import PAPER_PROPERTIES, Combine, ReasonerSettings
+from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.substitution import Ranking, rank_substitutes
+from ersatz.service.inspection import RefusedError
+from ersatz.service.service import Service
+
+Name = Annotated[str, Field(min_length=1, max_length=300)]
+Number = Annotated[str, Query(max_length=40, description="A number such as 0.35 or 1/3; kept exactly.")]
+
+
+class Problem(BaseModel):
+    """What is wrong with a request."""
+
+    detail: Any
+
+
+class Evidence(BaseModel):
+    """One quality and how often it was observed, as [times, out of]."""
+
+    quality: str
+    property: str
+    tool_observed: list[float]
+    observed: list[float]
+    functions: list[str]
+
+
+class Candidate(BaseModel):
+    """One candidate and how it compares with the missing tool."""
+
+    name: str
+    iri: str
+    kind: Literal["class", "instance"]
+    similarity: float
+    similarity_fraction: list[int] | None
+    accepted: bool
+    flags: list[str]
+    shared: list[Evidence]
+    lacking: list[Evidence]
+    extra: list[Evidence]
+    counterfactual: dict[str, Any]
+    explanation: str
+
+
+class Substitutes(BaseModel):
+    """The answer: candidates by similarity, then name; dimensionless numbers in [0, 1]."""
+
+    version: int
+    missing: str
+    iri: str
+    status: Literal["ok", "undetermined"]
+    settings: dict[str, Any]
+    revision: str
+    reused: bool
+    relevant_functional: list[str]
+    relevant_physical: list[str]
+    substitutes: list[Candidate]
+
+
+class Health(BaseModel):
+    """That the service is there, and which state of knowledge it serves."""
+
+    status: Literal["ok"]
+    revision: str
+    writable: bool
+
+
+class Question(BaseModel):
+    """A question for substitutes whose answer is to be remembered."""
+
+    missing: Name
+    available: Annotated[list[Name], Field(max_length=1000)] = []
+    instances: Annotated[list[Name], Field(max_length=1000)] = []
+
+
+_PROBLEMS: dict[int | str, dict[str, Any]] = {
+    400: {"model": Problem, "description": "A setting is not what it should be."},
+    404: {"model": Problem, "description": "The knowledge base does not know a name; the nearest is offered."},
+}
+_DENIED: dict[int | str, dict[str, Any]] = {
+    401: {"model": Problem, "description": "The token is missing or wrong."},
+    403: {"model": Problem, "description": "The service is read-only."},
+    409: {"model": Problem, "description": "Another process writes."},
+}
+
+
+def rest_routes(service: Service) -> APIRouter:
+    """Return the REST resources."""
+    router = APIRouter()
+
+    @router.get("/substitutes", responses=_PROBLEMS, summary="Which of the available things will do, and why?")
+    async def substitutes(
+        missing: Annotated[str, Query(min_length=1, max_length=300, description="The missing tool's class.")],
+        available: Annotated[
+            list[Name] | None, Query(max_length=1000, description="Classes at hand; without any: all.")
+        ] = None,
+        instance: Annotated[list[Name] | None, Query(max_length=1000, description="Instances at hand.")] = None,
+        representative: Number = "0.35",
+        tolerance: Number = "0.35",
+        relevance_tolerance: Number = "0.35",
+        combine: Combine = Combine.UNION,
+        similarity: Similarity = Similarity.JACCARD,
+        above_lowest: bool = False,
+        fallback: bool = False,
+        properties: Annotated[
+            str | None, Query(max_length=2000, description="paper, or names with commas.")
+        ] = None,
+        top: Annotated[int | None, Query(ge=1, le=100_000, description="Only so many.")] = None,
+    ) -> Substitutes:
+        def ask() -> dict[str, Any]:
+            settings = ReasonerSettings(
+                representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
+                tolerance,  # type: ignore[arg-type]
+                relevance_tolerance,  # type: ignore[arg-type]
+                combine,
+                similarity,
+                above_lowest,
+                fallback,
+                chosen_properties(properties),
+            )
+            return rank_substitutes(
+                service.kb, missing, available, instances=instance or (), settings=settings, top=top
+            ).to_json()
+
+        return Substitutes(**await _answered(service, ask))
+
+    @router.post(
+        "/substitutes", responses=_PROBLEMS | _DENIED, summary="The same, written into the knowledge base"
+    )
+    async def remember(
+        question: Question, authorization: Annotated[str, Header(max_length=1000)] = ""
+    ) -> Substitutes:
+        try:
+            service.authorize(authorization)
+            found = await service.write(
+                lambda: remembered(service, question.missing, question.available, question.instances)
+            )
+        except RefusedError as error:
+            raise HTTPException(error.status, str(error), error.headers) from None
+        return Substitutes(**found.to_json())
+
+    @router.get("/health", summary="Is the service there?")
+    async def health() -> Health:
+        return Health(status="ok", revision=service.kb.revision, writable=service.settings.writable)
+
+    return router
+
+
+def remembered(
+    service: Service,
+    missing: str,
+    available: Sequence[str],
+    instances: Sequence[str],
+    settings: ReasonerSettings | None = None,
+) -> Ranking:
+    """Rank, and write the answer into the knowledge base."""
+    return rank_substitutes(
+        service.kb, missing, available or None, instances=instances, settings=settings, remember=True
+    )
+
+
+def chosen_properties(names: str | None) -> tuple[str, ...] | None:
+    """Return the properties to reason with, from "paper" or names with commas."""
+    if not names:
+        return None
+    return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+
+
+async def _answered(service: Service, ask: Any) -> dict[str, Any]:
+    try:
+        found: dict[str, Any] = await service.read(ask)
+    except UnknownNameError as error:
+        raise HTTPException(404, str(error)) from None
+    except ErsatzError as error:
+        raise HTTPException(400, str(error)) from None
+    return found

@@ -1,0 +1,118 @@
+"""Servers in processes of their own, on loopback, shared by the tests of a session."""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from http.client import HTTPConnection, HTTPResponse
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+TOKEN = "a token of twenty-four c"
+SCRIPT = """\
+import logging, sys
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.service.server import serve
+from ersatz.service.settings import ServiceSettings
+logging.basicConfig(level=logging.INFO)
+serve(KnowledgeBase.open(sys.argv[1]), ServiceSettings(**eval(sys.argv[3])), port=int(sys.argv[2]))
+"""
+
+
+@dataclass
+class Server:
+    """A running service, and what a client of it needs."""
+
+    port: int
+    process: subprocess.Popen[bytes]
+    log: Path
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def send(
+        self, method: str, target: str, body: bytes | None = None, headers: dict[str, str] | None = None
+    ) -> tuple[int, bytes, HTTPResponse]:
+        """Send a request as it is, however odd, and return status, body and answer."""
+        connection = HTTPConnection("127.0.0.1", self.port, timeout=30)
+        try:
+            connection.request(method, target, body, headers or {})
+            answer = connection.getresponse()
+            return answer.status, answer.read(), answer
+        finally:
+            connection.close()
+
+    def raw(self, data: bytes, wait: float = 5.0) -> bytes:
+        """Send bytes on a socket of their own and return what comes until the end, or the time is up."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=wait) as line:
+            line.sendall(data)
+            received = b""
+            try:
+                while piece := line.recv(65536):
+                    received += piece
+            except TimeoutError:
+                pass
+            return received
+
+    def stop(self) -> int:
+        """Ask it to end, as an operator would, and return its exit code."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(timeout=30)
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def start(location: str | Path, log: Path, **settings: object) -> Server:
+    """Start a service and wait until it answers."""
+    port = free_port()
+    with log.open("wb") as out:
+        process = subprocess.Popen(
+            [sys.executable, "-c", SCRIPT, str(location), str(port), repr(settings)],
+            stdout=out,
+            stderr=subprocess.STDOUT,
+            cwd=ROOT,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+        )
+    server = Server(port, process, log)
+    for _ in range(600):
+        if process.poll() is not None:
+            raise AssertionError(f"the service ended: {log.read_text()}")
+        try:
+            if server.send("GET", "/health")[0] == 200:
+                return server
+        except OSError:
+            time.sleep(0.1)
+    raise AssertionError("the service did not start within a minute")
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """The household, read-only, with pages; queries may take two seconds."""
+    running = start("household", tmp_path_factory.mktemp("service") / "log", seconds=2.0, rows=50_000)
+    yield running
+    assert running.process.poll() is None, running.log.read_text()
+    running.stop()
+
+
+@pytest.fixture
+def writable(tmp_path: Path) -> Iterator[Server]:
+    """A copy of a small knowledge base, writable with a token, without pages."""
+    copy = tmp_path / "two_classes.ttl"
+    shutil.copy(ROOT / "ontology" / "examples" / "two_classes.ttl", copy)
+    running = start(copy, tmp_path / "log", token=TOKEN, pages=False)
+    yield running
+    if running.process.poll() is None:
+        running.stop()
