@@ -36,13 +36,14 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
     if ranking.relevant_functional:
         console.print(f"What it is for: {', '.join(ranking.relevant_functional)}", highlight=False)
     console.print(f"What counts:    {', '.join(ranking.relevant_physical) or 'nothing'}", highlight=False)
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1))
-    table.add_column(no_wrap=True)
-    table.add_column(no_wrap=True)
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 1, 0))
+    for _ in range(3):
+        table.add_column(no_wrap=True)
     table.add_column(ratio=1)
     for substitute in ranking[:most]:
-        mark = Text("✔", "green") if substitute.accepted else Text("✘", "red")
-        table.add_row(mark, bar(substitute.similarity), substitute.explain())
+        verdict = Text("stands in", "green") if substitute.accepted else Text("does not", "red")
+        words = Text.assemble(substitute.reasons() + ". ", (substitute.turning(), "dim"))
+        table.add_row(verdict, Text(substitute.name, "bold"), bar(substitute.similarity), words)
     console.print(table, highlight=False)
     if most is not None and len(ranking) > most:
         console.print(f"  … and {len(ranking) - most} more", style="dim")

@@ -130,13 +130,16 @@ def acquire(
 
 def find_concepts(sources: Sources, settings: AcquisitionSettings, progress: Progress) -> "ShapeConcepts":
     """Return the shape concepts to use: given, newly learned, or those of the shipped knowledge base."""
+    from ersatz.acquisition.camera import CameraSettings
     from ersatz.acquisition.layouts import FolderSettings, iter_scans
     from ersatz.acquisition.shape_concepts import ConceptSettings, ShapeConcepts, learn_shape_concepts
 
     if sources.unlabelled is None:
         return ShapeConcepts.load(sources.concepts or ONTOLOGY / f"household.{CONCEPTS}")
     progress("learning shape concepts", 0.02)
-    scans = iter_scans(sources.unlabelled, FolderSettings(whole=False, keep_going=settings.keep_going))
+    # Learned from twice as many views as are measured, so that every side of few objects is seen.
+    camera = CameraSettings(views=2 * settings.views)
+    scans = iter_scans(sources.unlabelled, FolderSettings(camera, whole=False, keep_going=settings.keep_going))
     return learn_shape_concepts(scans, ConceptSettings(concepts=settings.shape_concepts))
 
 

@@ -146,29 +146,24 @@ def counterfactual(comparison: Comparison, similarity: Fraction, *, accepted: bo
     return Counterfactual(tolerance, _nearest_theta(comparison, accepted=accepted), gain, lose)
 
 
-def sentence(
-    name: str,
-    similarity: float,
-    shared: Sequence[Evidence],
-    lacking: Sequence[Evidence],
-    comparison: Comparison,
-    change: Counterfactual,
-    *,
-    accepted: bool,
-) -> str:
-    """Return the explanation of one candidate in words."""
+def reasons(comparison: Comparison, shared: Sequence[Evidence], lacking: Sequence[Evidence]) -> str:
+    """Return in words what a candidate shares with the tool, how often that was seen, and what it lacks."""
     tool = comparison.knowledge.classes.names[comparison.tool]
     if not comparison.relevance.determined:
-        return f"{name}: undetermined, no function of {_article(tool)} is relevant."
-    likes = _likeness(shared, tool)
-    lacks = _lack(shared, lacking)
-    parts = [f"{name}, {similarity:.2f}: {'; '.join(part for part in (likes, lacks) if part)}."]
+        return f"undetermined, no function of {_article(tool)} is relevant"
+    return "; ".join(part for part in (_likeness(shared, tool), _lack(shared, lacking)) if part)
+
+
+def origin(comparison: Comparison) -> str:
+    """Return in words which functions of the tool made its qualities relevant."""
     functions = [comparison.knowledge.functions.names[at] for at in comparison.relevance.functions]
-    if functions:
-        parts.append(f"What counts follows from {_join(functions)}.")
-    if turned := _change(change, accepted=accepted):
-        parts.append(f"{'Refused' if accepted else 'Accepted'} {turned}.")
-    return " ".join(parts)
+    return f"What counts follows from {_join(functions)}." if functions else ""
+
+
+def turning(change: Counterfactual, *, accepted: bool) -> str:
+    """Return in words what would turn the decision."""
+    words = _change(change, accepted=accepted)
+    return f"{'Refused' if accepted else 'Accepted'} {words}." if words else ""
 
 
 def _likeness(shared: Sequence[Evidence], tool: str) -> str:

@@ -23,7 +23,9 @@ from ersatz.reasoner.explanation import (
     Evidence,
     counterfactual,
     evidence,
-    sentence,
+    origin,
+    reasons,
+    turning,
 )
 from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
@@ -84,17 +86,24 @@ class Substitute:
         """Return the smallest changes that would turn the decision."""
         return counterfactual(self.comparison, self.fraction, accepted=self.accepted)
 
+    def reasons(self) -> str:
+        """Return in words what speaks for it and what against."""
+        return reasons(self.comparison, self.shared, self.lacking)
+
+    def turning(self) -> str:
+        """Return in words what would turn the decision."""
+        return turning(self.counterfactual(), accepted=self.accepted)
+
     def explain(self) -> str:
-        """Return in words what speaks for it, what against, and what would turn the decision."""
-        return sentence(
-            self.name,
-            self.similarity,
-            self.shared,
-            self.lacking,
-            self.comparison,
-            self.counterfactual(),
-            accepted=self.accepted,
+        """Return all of it in words: reasons, the functions they rest on, what would turn the decision."""
+        if not self.comparison.relevance.determined:
+            return f"{self.name}: {self.reasons()}."
+        parts = (
+            f"{self.name}, {self.similarity:.2f}: {self.reasons()}.",
+            origin(self.comparison),
+            self.turning(),
         )
+        return " ".join(part for part in parts if part)
 
     def to_json(self) -> dict[str, Any]:
         """Return everything about it in JSON's types."""
