@@ -28,7 +28,7 @@ _WEIGHTS: Final = {Similarity.JACCARD: (2, 2), Similarity.COVERAGE: (2, 0), Simi
 
 def compare(
     relevant: NDArray[np.uint64], candidates: NDArray[np.uint64], form: Similarity = Similarity.JACCARD
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the similarity of each candidate with the relevant set as numerators and denominators.
 
     Parameters
@@ -40,20 +40,18 @@ def compare(
 
     Returns
     -------
-    numerators, denominators : (n,) int64 arrays
+    numerators, denominators : (n,) int32 arrays
         Empty with empty is 0 / 1.
     """
-    shared = _size(candidates & relevant)
-    lacking = int(_size(relevant)) - shared
-    extra = _size(candidates) - shared
+    shared, size, wanted = _size(candidates & relevant), _size(candidates), int(_size(relevant))
     one, two = _WEIGHTS[form]
-    numerators = 2 * shared
-    denominators = numerators + one * lacking + two * extra
-    return numerators, np.maximum(denominators, 1)
+    # shared + lacking + extra, weighed; with lacking = wanted - shared and extra = size - shared.
+    denominators = (2 - one - two) * shared + two * size + one * wanted
+    return 2 * shared, denominators if wanted else np.maximum(denominators, 1)
 
 
 def above(
-    numerators: NDArray[np.int64], denominators: NDArray[np.int64], tolerance: Fraction
+    numerators: NDArray[np.int32], denominators: NDArray[np.int32], tolerance: Fraction
 ) -> NDArray[np.bool_]:
     """Return whether numerators / denominators > tolerance, decided exactly."""
     a, b = tolerance.denominator, tolerance.numerator
@@ -62,12 +60,13 @@ def above(
             [Fraction(int(n), int(d)) > tolerance for n, d in zip(numerators, denominators, strict=True)],
             dtype=bool,
         )
-    return numerators * a > denominators * b
+    exact: NDArray[np.bool_] = numerators.astype(np.int64) * a > denominators.astype(np.int64) * b
+    return exact
 
 
-def _size(sets: NDArray[np.uint64]) -> NDArray[np.int64]:
+def _size(sets: NDArray[np.uint64]) -> NDArray[np.int32]:
     counted = np.bitwise_count(sets)
-    size: NDArray[np.int64] = (
-        counted[..., 0].astype(np.int64) if sets.shape[-1] == 1 else counted.sum(axis=-1, dtype=np.int64)
+    size: NDArray[np.int32] = (
+        counted[..., 0].astype(np.int32) if sets.shape[-1] == 1 else counted.sum(axis=-1, dtype=np.int32)
     )
     return size

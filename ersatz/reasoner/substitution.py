@@ -177,8 +177,8 @@ class Ranking(Sequence[Substitute]):
     relevance: Relevance = field(repr=False)
     candidates: Candidates = field(repr=False)
     order: NDArray[np.int64] = field(repr=False)
-    numerators: NDArray[np.int64] = field(repr=False)
-    denominators: NDArray[np.int64] = field(repr=False)
+    numerators: NDArray[np.int32] = field(repr=False)
+    denominators: NDArray[np.int32] = field(repr=False)
     thresholds: dict[Fraction, Relevance] = field(repr=False, default_factory=dict)
 
     @property
