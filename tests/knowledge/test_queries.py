@@ -133,7 +133,7 @@ SERVICES = [
     "SELECT * { VALUES ?g { <http://127.0.0.1:1/> } FILTER(?a<?b)SERVICE?g{?s?p?o}FILTER(?c>?d) }",
     "PREFIX : <http://127.0.0.1:1/> SELECT * { SERVICE:a{ ?s ?p ?o } }",
     "SELECT * { \\u0053ERVICE <http://127.0.0.1:1/> { ?s ?p ?o } }",
-    'SELECT * { BIND ("""a"b""" AS ?x) SERVICE SILENT <http://127.0.0.1:1/> { ?s ?p ?o } BIND (\'c\' AS ?y) }',
+    'SELECT * { BIND ("""a"b""" AS ?x) SERVICE <http://127.0.0.1:1/> { ?s ?p ?o } BIND (\'c\' AS ?y) }',
     "SELECT * { BIND ('''it's''' AS ?x) SERVICE <http://127.0.0.1:1/> { ?s ?p ?o } }",
     "SELECT * { BIND ('\\u0027SERVICE <http://127.0.0.1:1/> {} #' AS ?x) }",
 ]
