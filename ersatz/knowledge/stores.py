@@ -201,7 +201,7 @@ class DirectoryStore:
                 return
             except FileNotFoundError:
                 time.sleep(0.01)  # the snapshot was retired between reading its name and opening it
-            except (OSError, ValueError) as error:
+            except (OSError, ValueError, RuntimeError) as error:
                 self.close()
                 raise KnowledgeBaseError(
                     f"{self.location!r} is damaged: {_line(error)}; build it again"
@@ -283,7 +283,7 @@ def _change(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | 
 def _open_writer(path: Path) -> ox.Store:
     try:
         return ox.Store(str(path / "store"))
-    except OSError as error:
+    except (OSError, RuntimeError) as error:
         if "lock" in str(error).lower():
             raise LockedError(f"{str(path)!r} is being written by another process: try again later") from None
         raise KnowledgeBaseError(f"cannot write to {str(path)!r}: {_line(error)}") from None

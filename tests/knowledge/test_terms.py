@@ -67,7 +67,7 @@ def test_finite() -> None:
         terms.finite(Fraction(1, 3))
 
 
-@given(st.text(st.characters(blacklist_categories=("Cs",))))
+@given(st.text(st.characters(exclude_categories=["Cs"])))
 def test_texts_survive_a_store(value: str) -> None:
     assert stored(terms.text(value)).value == value
     assert stored(terms.english(value)).language == "en"
