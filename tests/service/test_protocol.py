@@ -139,7 +139,9 @@ def test_tables(server: Server, accept: str, kind: str, count: object) -> None:
         ("application/rdf+xml", "application/rdf+xml", "xml"),
     ],
 )
-@pytest.mark.parametrize("form", ["CONSTRUCT { kb:Plate ?p ?o } WHERE { kb:Plate ?p ?o }", "DESCRIBE kb:Plate"])
+@pytest.mark.parametrize(
+    "form", ["CONSTRUCT { kb:Plate ?p ?o } WHERE { kb:Plate ?p ?o }", "DESCRIBE kb:Plate"]
+)
 def test_graphs(server: Server, accept: str, kind: str, format_: str, form: str) -> None:
     status, body, media = get(server, accept, query=f"{PREFIXES} {form}")
     assert (status, media) == (200, kind)
@@ -159,7 +161,9 @@ def test_the_order_of_variables_is_kept(server: Server) -> None:
     assert body.split() == [b"z,a,m", b"1,2,3"]
 
 
-@pytest.mark.parametrize(("accept", "query"), [("image/png", COUNT), ("text/turtle", COUNT), ("text/csv", PLATE)])
+@pytest.mark.parametrize(
+    ("accept", "query"), [("image/png", COUNT), ("text/turtle", COUNT), ("text/csv", PLATE)]
+)
 def test_not_acceptable(server: Server, accept: str, query: str) -> None:
     assert get(server, accept, query=query)[0] == 406
 
@@ -241,13 +245,19 @@ def test_service_description(server: Server) -> None:
 
 
 def test_graph_store_reads(server: Server) -> None:
-    here = {str(t.subject) + str(t.predicate) + str(t.object) for t in KnowledgeBase.open("household").triples()}
+    here = {
+        str(t.subject) + str(t.predicate) + str(t.object) for t in KnowledgeBase.open("household").triples()
+    }
     for target in ("/data?default", f"/data?{urlencode({'graph': KB_GRAPH})}", "/kb"):
         status, body, _ = server.send("GET", target, headers={"Accept": "application/n-triples"})
         assert (status, len(body.splitlines())) == (200, len(here))
     _, terms, _ = server.send("GET", f"/data?{urlencode({'graph': 'https://w3id.org/ersatz'})}")
     assert b"ersatz:Quality a owl:Class" in terms
-    for target, status in (("/data", 400), ("/data?default&graph=x", 400), ("/data?graph=file:///etc/passwd", 404)):
+    for target, status in (
+        ("/data", 400),
+        ("/data?default&graph=x", 400),
+        ("/data?graph=file:///etc/passwd", 404),
+    ):
         assert server.send("GET", target)[0] == status
     for method in ("PUT", "POST", "DELETE"):
         assert server.send(method, "/data?default", b"")[0] == 405
@@ -295,7 +305,8 @@ def test_jaccard_is_the_jaccard_of_the_stored_question(server: Server) -> None:
 
 
 @pytest.mark.parametrize(
-    "call", ["kb:Tray", "kb:Tray, 1", "kb:Tray, kb:Nothing", 'kb:Tray, kb:Plate, "x"', "kb:a, kb:b, kb:c, kb:d"]
+    "call",
+    ["kb:Tray", "kb:Tray, 1", "kb:Tray, kb:Nothing", 'kb:Tray, kb:Plate, "x"', "kb:a, kb:b, kb:c, kb:d"],
 )
 def test_a_wrong_call_leaves_the_variable_unbound(server: Server, call: str) -> None:
     _, body, _ = get(server, "text/csv", query=f"{PREFIXES} SELECT (ersatz:jaccard({call}) AS ?j) {{}}")
@@ -308,7 +319,9 @@ def test_a_wrong_call_leaves_the_variable_unbound(server: Server, call: str) -> 
 def test_substitutes_are_those_of_the_library(server: Server) -> None:
     from ersatz import rank_substitutes
 
-    _, body, _ = server.send("GET", "/substitutes?missing=tray&available=plate&available=sponge&tolerance=1/3")
+    _, body, _ = server.send(
+        "GET", "/substitutes?missing=tray&available=plate&available=sponge&tolerance=1/3"
+    )
     found = json.loads(body)
     from ersatz.reasoner.relevance import ReasonerSettings
 

@@ -1,0 +1,129 @@
+"""The ontology as a page to read: terms by kind, how a membership is reified, and questions to start with.
+
+One HTML file without scripts, fonts or pictures from elsewhere: it reads the same offline.
+"""
+
+import re
+from collections.abc import Iterator
+from html import escape
+from typing import Any, Final
+
+import pyoxigraph as ox
+
+from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.validation import read_into
+from ersatz.resources import ONTOLOGY, SPARQL
+
+_KINDS: Final = (
+    ("Class", "Classes"),
+    ("ObjectProperty", "Relations"),
+    ("DatatypeProperty", "Values"),
+    ("AnnotationProperty", "Annotations"),
+    ("NamedIndividual", "Individuals"),
+)
+_DETAILS: Final = (
+    (v.RDFS + "subClassOf", "below"),
+    (v.RDFS + "domain", "of"),
+    (v.RDFS + "range", "to"),
+    (v.OWL + "disjointWith", "disjoint from"),
+    (v.OWL + "propertyDisjointWith", "disjoint from"),
+    (v.RDFS + "comment", "note"),
+    ("http://www.w3.org/2004/02/skos/core#example", "example"),
+)
+_DIAGRAM: Final = (
+    # (x, y, text), then (from, to, relation)
+    (
+        (90, 40, "kb:model_Bowl"),
+        (330, 40, "kb:Bowl__size_2"),
+        (570, 40, "kb:size_2"),
+        (330, 130, "3.0 / 4.0 = 0.75"),
+    ),
+    ((0, 1, "hasEntry"), (1, 2, "quality"), (1, 3, "count, total, proportion")),
+)
+_STYLE: Final = (
+    "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}"
+    "dt{font-weight:bold;margin-top:1em}dd{margin-left:1.5em}code,pre{font-family:monospace;font-size:90%}"
+    "pre{background:#f4f4f4;padding:.7em;overflow-x:auto}small{color:#555}text{font:13px sans-serif}"
+)
+
+
+def reference() -> str:
+    """Return the reference of this release as HTML, made from `ontology/` and `sparql/` alone."""
+    store = ox.Store()
+    read_into(store, ONTOLOGY / "ersatz.ttl")
+    title = _value(store, v.ONTOLOGY, v.DCTERMS + "title")
+    about = _value(store, v.ONTOLOGY, v.DCTERMS + "description")
+    version = _value(store, v.ONTOLOGY, v.OWL + "versionIRI")
+    parts = [
+        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
+        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>",
+        f"<h1>{escape(title)}</h1><p>{escape(about)}</p>",
+        f"<p>Terms <code>{v.ERSATZ}</code>, this release <code>{escape(version)}</code></p>",
+        "<h2>A membership</h2><p>In 3 of 4 bowls the quality size_2 was found:</p>",
+        *_diagram(),
+    ]
+    for kind, heading in _KINDS:
+        parts += [f"<h2>{heading}</h2><dl>", *_terms(store, kind), "</dl>"]
+    parts += ["<h2>Questions to start with</h2>", *_questions(), "</body></html>"]
+    return "\n".join(parts) + "\n"
+
+
+def _terms(store: ox.Store, kind: str) -> Iterator[str]:
+    typed = store.quads_for_pattern(None, v.TYPE, ox.NamedNode(v.OWL + kind))
+    terms = {quad.subject for quad in typed if str(quad.subject).startswith(f"<{v.ERSATZ}")}
+    for term in sorted(terms, key=lambda term: str(term).lower()):
+        name = _short(term)
+        label = escape(_value(store, term, v.RDFS + "label"))
+        yield f'<dt id="{name}"><code>{name}</code> <small>{label}</small></dt>'
+        yield f"<dd>{escape(_value(store, term, 'http://www.w3.org/2004/02/skos/core#definition'))}"
+        for predicate, word in _DETAILS:
+            found = [quad.object for quad in store.quads_for_pattern(term, ox.NamedNode(predicate), None)]
+            shown = sorted(_shown(one) for one in found if not isinstance(one, ox.BlankNode))
+            if shown:
+                yield f"<br><small>{word} {', '.join(shown)}</small>"
+        yield "</dd>"
+
+
+def _questions() -> Iterator[str]:
+    for file in [*sorted(SPARQL.glob("*.rq")), *sorted((SPARQL / "linked").glob("*.rq"))]:
+        text = file.read_text(encoding="utf-8")
+        summary = re.search(r"^#\+ summary: (.*)$", text, re.MULTILINE)
+        query = re.sub(r"^#\+.*\n", "", text, flags=re.MULTILINE)
+        yield f'<h3 id="{file.stem}">{escape(summary[1] if summary else file.stem)}</h3>'
+        yield f"<p><code>ersatz query KB {file.stem}</code></p><pre>{escape(query.strip())}</pre>"
+
+
+def _diagram() -> Iterator[str]:
+    boxes, arrows = _DIAGRAM
+    yield '<svg viewBox="0 0 670 170" role="img" aria-label="model, entry, quality, counts">'
+    yield '<defs><marker id="a" markerWidth="8" markerHeight="8" refX="7" refY="4" orient="auto">'
+    yield '<path d="M0,0 L8,4 L0,8 z"/></marker></defs>'
+    for start, end, relation in arrows:
+        (x1, y1, _), (x2, y2, _) = boxes[start], boxes[end]
+        down = y1 != y2
+        x1, x2, y1, y2 = (x1, x2, y1 + 18, y2 - 18) if down else (x1 + 80, x2 - 80, y1, y2)
+        yield f'<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" stroke="black" marker-end="url(#a)"/>'
+        at = (x1 + 8, (y1 + y2) // 2 + 4, "start") if down else ((x1 + x2) // 2, y1 - 8, "middle")
+        yield f'<text x="{at[0]}" y="{at[1]}" text-anchor="{at[2]}">{relation}</text>'
+    for x, y, words in boxes:
+        yield f'<rect x="{x - 80}" y="{y - 18}" width="160" height="36" rx="6" fill="#eef" stroke="#446"/>'
+        yield f'<text x="{x}" y="{y + 4}" text-anchor="middle">{words}</text>'
+    yield "</svg>"
+
+
+def _shown(term: Any) -> str:
+    if isinstance(term, ox.NamedNode):
+        name = _short(term)
+        return f'<a href="#{name}">{name}</a>' if term.value.startswith(v.ERSATZ) else f"<code>{name}</code>"
+    return f"<em>{escape(str(term.value))}</em>"
+
+
+def _short(term: Any) -> str:
+    return str(term.value).rpartition("#")[2]
+
+
+def _value(store: ox.Store, subject: Any, predicate: str) -> str:
+    found = next(store.quads_for_pattern(subject, ox.NamedNode(predicate), None), None)
+    assert found is not None, (subject, predicate)
+    assert isinstance(found.object, ox.NamedNode | ox.Literal)
+    return found.object.value
