@@ -244,5 +244,5 @@ def _banks(
         thin[bank] |= np.minimum(towards, away) > 0.1
     banks = owner > 0
     shares = np.clip(0.5 + grid.offset[banks], 0, 1) * ~thin[banks]
-    partial = np.bincount(owner[banks], weights=shares.astype(np.float64), minlength=count + 1)
+    partial: NDArray[np.float64] = np.bincount(owner[banks], shares, count + 1).astype(np.float64)
     return facing[1:], touching[1:], partial[1:]

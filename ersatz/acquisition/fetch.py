@@ -42,8 +42,8 @@ class DataSet:
 
 _YCB_OBJECTS: Final = (  # noqa: SIM905 (a list literal of as many lines reads worse)
     "003_cracker_box 004_sugar_box 005_tomato_soup_can 006_mustard_bottle 007_tuna_fish_can "
-    "010_potted_meat_can 019_pitcher_base 024_bowl 025_mug 026_sponge 029_plate 053_mini_soccer_ball 056_tennis_ball "
-    "065-g_cups"
+    "010_potted_meat_can 019_pitcher_base 024_bowl 025_mug 026_sponge 029_plate "
+    "053_mini_soccer_ball 056_tennis_ball 065-g_cups"
 ).split()
 
 DATA_SETS: Final[dict[str, DataSet]] = {

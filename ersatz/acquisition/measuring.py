@@ -5,12 +5,13 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from ersatz.acquisition.geometry import Geometry, GeometrySettings, measure_geometry
+from ersatz.acquisition.layouts import FolderSettings, views_of
 from ersatz.acquisition.scans import Scan
 from ersatz.acquisition.shape_concepts import ShapeConcepts
 from ersatz.errors import ErsatzWarning, InputError, ScanError
@@ -73,6 +74,30 @@ def measure_scan(
     if concepts is not None and scan.partial:
         responses = concepts.responses(scan).tolist()
         values |= {f"shape_{rank}": (value,) for rank, value in enumerate(responses, start=1)}
+    return values
+
+
+def measure_object(
+    scan: Scan,
+    concepts: ShapeConcepts | None,
+    settings: MeasuringSettings | None = None,
+    folder: FolderSettings | None = None,
+) -> dict[str, tuple[float, ...]]:
+    """Return what one scan of an unknown object tells, by property name.
+
+    Like `measure_scan`, but a scan of all sides also gets concept responses: the mean over views of it by
+    the virtual camera, as an object of a knowledge base has them.
+
+    Raises
+    ------
+    ScanError
+        If the cloud is too poor.
+    """
+    values = measure_scan(scan, concepts, settings)
+    if concepts is not None and not scan.partial:
+        folder = replace(folder or FolderSettings(), whole=False)
+        means = np.mean([concepts.responses(view) for view in views_of(scan, folder)], axis=0).tolist()
+        values |= {f"shape_{rank}": (value,) for rank, value in enumerate(means, start=1)}
     return values
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ersatz.acquisition.measuring import MeasuringSettings, measure_scans
+from ersatz.acquisition.camera import CameraSettings
+from ersatz.acquisition.layouts import FolderSettings, views_of
+from ersatz.acquisition.measuring import MeasuringSettings, measure_object, measure_scans
 from ersatz.acquisition.persistence import filter_modes, seek_modes
 from ersatz.acquisition.scans import Scan
 from ersatz.acquisition.shape_concepts import ConceptSettings, ShapeConcepts, learn_shape_concepts
@@ -174,6 +176,15 @@ def test_measurements_of_wholes_and_views(concepts: ShapeConcepts) -> None:
     assert all(block.origin is Origin.SYNTHETIC for block in blocks)
     size = next(column for column in table.columns if column.property.name == "size")
     assert (np.diff(size.values, axis=1) <= 0).all()
+
+
+def test_an_unknown_object_is_looked_at_from_several_sides(concepts: ShapeConcepts) -> None:
+    whole_cup, *_ = views_of(whole("cup", 31), FolderSettings(CameraSettings(views=3)))
+    values = measure_object(whole_cup, concepts, folder=FolderSettings(CameraSettings(views=3)))
+    assert {"shape_1", "shape_4", "size", "hollowness", "weight"} <= values.keys()
+    seen = [concepts.responses(view) for view in views(("cup",), range(31, 32))]
+    expected = np.mean(seen, axis=0)
+    assert np.array([values[f"shape_{i}"][0] for i in range(1, 5)]) == pytest.approx(expected, abs=0.1)
 
 
 def test_workers_give_the_same(concepts: ShapeConcepts) -> None:
