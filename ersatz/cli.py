@@ -57,13 +57,19 @@ class TableFormat(StrEnum):
     TTL = "ttl"
 
 
-class RdfSuffix(StrEnum):
-    """Formats of `export`."""
+class ExportForm(StrEnum):
+    """Forms of `export`."""
 
     OWL = "owl"
     TTL = "ttl"
     NT = "nt"
     JSONLD = "jsonld"
+    KNOWROB = "knowrob"
+    ORO = "oro"
+    CLASSES = "classes"
+
+
+_SUFFIX: Final = {ExportForm.KNOWROB: "owl", ExportForm.ORO: "owl", ExportForm.CLASSES: "ttl"}
 
 
 def main() -> None:
@@ -367,21 +373,86 @@ def query(
 
 
 @app.command()
+def check(
+    location: Location,
+    reason: Annotated[
+        bool, typer.Option("--reason", help="Also ask HermiT for contradictions; needs Java.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Look for everything that can be wrong with a knowledge base. Exit code 1: something was found.
+
+    Example: ersatz check kb.ttl --reason
+    """
+    from ersatz.knowledge.validation import check as check_store
+    from ersatz.knowledge.validation import check_file
+
+    path = _path_of(location)
+    report = check_file(path, reason) if path is not None else check_store(_open(location).copy(), reason)
+    if as_json:
+        _print_json(report.as_dict())
+    else:
+        from ersatz.display import show_report
+
+        show_report(_console(), report)
+    raise typer.Exit(0 if report.ok else 1)
+
+
+@app.command()
+def link(
+    location: Location,
+    out: Annotated[Path, typer.Argument(help="The file to write.")],
+    bridge: Annotated[str, typer.Option(help="soma, knowrob, oro, cora, isaac, sosa or prov.")],
+    ontology: Annotated[
+        list[Path] | None,
+        typer.Option(help="A file of the other ontology, or of one it imports; repeatable."),
+    ] = None,
+) -> None:
+    """Merge the knowledge base, a bridge and another robot ontology into one graph.
+
+    Example: ersatz link household linked.ttl --bridge soma --ontology SOMA-HOME.owl --ontology DUL.owl
+    """
+    from ersatz.knowledge.base import write
+    from ersatz.knowledge.linking import link as merge
+
+    store = merge(_open(location).triples(), bridge, ontology or ())
+    write((quad.triple for quad in store), out)
+    _say(f"{out}: {len(store)} triples")
+
+
+@app.command()
 def export(
     location: Location,
     out: Annotated[Path, typer.Argument(help="The file to write.")],
     to: Annotated[
-        RdfSuffix | None, typer.Option(help="Format, where the file's name does not say it.")
+        ExportForm | None, typer.Option(help="Form, where the file's name does not say it.")
     ] = None,
 ) -> None:
-    """Write the knowledge base as a file in another format, or as a directory.
+    """Write the knowledge base as a file in another format, as a directory, or as another system reads it.
 
+    knowrob and oro are for these systems; classes are definitions for a reasoner in Protege.
     Example: ersatz export household --to owl household.owl
     """
+    from ersatz.knowledge import exports
+    from ersatz.knowledge.base import write
+    from ersatz.knowledge.defined import defined_classes
     from ersatz.knowledge.stores import format_of
 
-    named = out if to is None or format_of(out) is not None else out.with_name(f"{out.name}.{to}")
-    _open(location).save(named)
+    kb = _open(location)
+    named = (
+        out
+        if to is None or format_of(out) is not None
+        else out.with_name(f"{out.name}.{_SUFFIX.get(to, to)}")
+    )
+    if to is ExportForm.KNOWROB:
+        write(exports.knowrob(kb.triples()), named)
+        sys.stdout.write(exports.knowrob_settings(str(named)))
+    elif to is ExportForm.ORO:
+        write(exports.oro(kb.triples()), named)
+    elif to is ExportForm.CLASSES:
+        named.write_text("".join(defined_classes(kb.triples())), encoding="utf-8")
+    else:
+        kb.save(named)
     _say(f"{named}: written")
 
 
@@ -389,6 +460,15 @@ def _open(location: str) -> "KnowledgeBase":
     from ersatz.knowledge.base import KnowledgeBase
 
     return KnowledgeBase.open(location)
+
+
+def _path_of(location: str) -> Path | None:
+    """Return the file a knowledge base is in, if it is in one."""
+    from ersatz.knowledge.base import SHIPPED
+    from ersatz.resources import ONTOLOGY
+
+    path = ONTOLOGY / f"{location}.ttl" if location in SHIPPED else Path(location)
+    return path if path.is_file() else None
 
 
 def _save(kb: "KnowledgeBase", otherwise: str = "") -> None:

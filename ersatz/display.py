@@ -12,6 +12,7 @@ from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import Answer, Query, Value
 from ersatz.knowledge.terms import degree_text
+from ersatz.knowledge.validation import Report
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
 from ersatz.reasoner.substitution import Ranking, Status
@@ -102,6 +103,17 @@ def show_thing(console: Console, kb: KnowledgeBase, name: str) -> None:
         if any(row["function"] == iri for row in kb.ask("function_models")):
             console.print(_entries(function_model(kb, iri).entries))
         console.print(answer_table(kb.ask("classes_with_quality", quality=iri)))
+
+
+def show_report(console: Console, report: Report) -> None:
+    """Print what a check found, and what it could not try."""
+    for finding in report.findings:
+        console.print(f"[red]{finding.rule}[/red]  [bold]{shown(finding.entity)}[/bold]", highlight=False)
+        console.print(f"  {finding.message}\n  [dim]{finding.mend}[/dim]", highlight=False)
+    for reason in report.skipped:
+        console.print(f"[yellow]not tried[/yellow]  {reason}", highlight=False)
+    what = f"{len(report.findings)} found" if report.findings else "nothing found"
+    console.print(f"{len(report.ran)} checks: {what}.", highlight=False)
 
 
 def show_questions(console: Console, queries: Sequence[Query]) -> None:

@@ -17,11 +17,23 @@ from tests.cli import Shell
 def test_without_arguments_it_helps(ersatz: Shell) -> None:
     run = ersatz()
     assert "Which of the things at hand" in run.out
-    for command in ("demo", "build", "substitute", "show", "observe", "forget", "query", "export"):
+    for command in COMMANDS:
         assert command in run.out
 
 
-COMMANDS = ["demo", "build", "substitute", "show", "observe", "forget", "query", "export"]
+COMMANDS = [
+    "demo",
+    "build",
+    "substitute",
+    "ground",
+    "show",
+    "observe",
+    "forget",
+    "query",
+    "check",
+    "link",
+    "export",
+]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
