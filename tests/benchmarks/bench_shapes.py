@@ -200,7 +200,6 @@ def variants(
         "k-means instead of persistence": replace(base, persistence=not base.persistence),
         "one dictionary level (16)": replace(base, symbols=SymbolSettings((16,))),
         "whole object only, no groups": replace(base, compositions=replace(base.compositions, smallest=0.95)),
-        "groups from half the area on": replace(base, compositions=replace(base.compositions, smallest=0.5)),
         "no form of the whole (symbols only)": replace(
             base, compositions=CompositionSettings(form_weight=0.0)
         ),
