@@ -15,7 +15,9 @@ import rdflib
 from rdflib import OWL, RDF, RDFS
 from rdflib.compare import isomorphic
 
+from ersatz.knowledge.linking import link
 from ersatz.knowledge.validation import read_into
+from ersatz.knowledge.views import owlready2_ontology
 from tests.reasoners import CATALOG, ROOT, java, owlapi
 
 ONTOLOGY = ROOT / "ontology"
@@ -252,3 +254,5 @@ def test_reading_touches_no_network(monkeypatch: pytest.MonkeyPatch) -> None:
     for file in [TERMS, SHAPES, *KNOWLEDGE]:
         rdflib.Graph().parse(file)
         ox.Store().load(path=str(file), format=ox.RdfFormat.TURTLE)
+    assert owlready2_ontology(quad.triple for quad in store(EXAMPLES[0])).imported_ontologies
+    assert len(link((quad.triple for quad in store(EXAMPLES[0])), "soma")) > 1_000

@@ -19,6 +19,7 @@ from typing import Any, Final
 import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, MissingDependencyError
+from ersatz.resources import ONTOLOGY, SPARQL
 
 CORE: Final = "https://w3id.org/ersatz"
 """The IRI of the ontology; that of a knowledge base is `CORE + "/kb"`."""
@@ -114,13 +115,16 @@ class Check:
             )
 
 
-def check(knowledge: ox.Store, reason: bool = False, rules: Iterable[str] | None = None) -> Report:
+def check(
+    knowledge: Iterable[ox.Triple | ox.Quad], reason: bool = False, rules: Iterable[str] | None = None
+) -> Report:
     """Look for everything that can be wrong with a knowledge base.
 
     Parameters
     ----------
-    knowledge : pyoxigraph.Store
-        The knowledge base, with or without the ontology it imports; it is not changed.
+    knowledge : pyoxigraph.Store, or iterable of triples
+        The knowledge base (`KnowledgeBase.triples()`), with or without the ontology it imports; it is not
+        changed.
     reason : bool
         Also ask HermiT for contradictions; needs Java.
     rules : iterable of str, optional
@@ -168,7 +172,7 @@ def check_file(path: Path, reason: bool = False) -> Report:
 @cache
 def checks() -> tuple[Check, ...]:
     """Return the queries of `sparql/checks/`, by name."""
-    return tuple(_parse(file) for file in sorted((shipped("sparql") / "checks").glob("*.rq")))
+    return tuple(_parse(file) for file in sorted((SPARQL / "checks").glob("*.rq")))
 
 
 def _parse(file: Path) -> Check:
@@ -193,7 +197,7 @@ def shapes(store: ox.Store) -> Iterator[Finding]:
     data = rdflib.Graph().parse(
         data=ox.serialize(_triples(store), format=ox.RdfFormat.N_TRIPLES), format="nt"
     )
-    shape_graph = rdflib.Graph().parse(shipped("ontology") / "shapes" / "ersatz.shacl.ttl")
+    shape_graph = rdflib.Graph().parse(ONTOLOGY / "shapes" / "ersatz.shacl.ttl")
     _, report, _ = pyshacl.validate(data, shacl_graph=shape_graph, inference="none")
     named = {node: shape for shape in shape_graph.subjects(rdflib.RDF.type, rdflib.SH.NodeShape)
              for node in (shape, *shape_graph.objects(shape, rdflib.SH.property))}  # fmt: skip
@@ -264,11 +268,11 @@ def _hermit(store: ox.Store) -> str:
     return said
 
 
-def with_ontology(knowledge: ox.Store) -> ox.Store:
+def with_ontology(knowledge: Iterable[ox.Triple | ox.Quad]) -> ox.Store:
     """Return a copy in memory, all in the default graph, together with the ontology itself."""
     store = ox.Store()
-    store.bulk_extend(ox.Quad(t.subject, t.predicate, t.object) for t in _triples(knowledge))
-    read_into(store, shipped("ontology") / "ersatz.ttl")
+    store.bulk_extend(ox.Quad(t.subject, t.predicate, t.object) for t in knowledge)
+    read_into(store, ONTOLOGY / "ersatz.ttl")
     return store
 
 
@@ -292,13 +296,6 @@ def read_into(store: ox.Store, path: Path) -> None:
         raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
     except OSError as error:
         raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
-
-
-def shipped(folder: str) -> Path:
-    """Return a folder that is shipped: inside the package in a wheel, beside it in a clone."""
-    package = Path(__file__).resolve().parent.parent
-    inside = package / folder
-    return inside if inside.is_dir() else package.parent / folder
 
 
 def _triples(store: ox.Store) -> Iterator[ox.Triple]:

@@ -18,12 +18,15 @@ class Page(HTMLParser):
         given = dict(attrs)
         self.anchors += [str(given["id"])] if "id" in given else []
         self.links += [str(given[key]) for key in ("href", "src") if key in given]
-        if tag not in ("br", "meta", "path", "line", "rect"):
+        if tag not in ("br", "meta"):
             self.open.append(tag)
 
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        self.open.pop()
+
     def handle_endtag(self, tag: str) -> None:
-        if tag not in ("path",):
-            assert self.open.pop() == tag
+        assert self.open.pop() == tag
 
 
 def test_every_term_and_question_is_there() -> None:

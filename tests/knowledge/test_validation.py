@@ -343,5 +343,6 @@ def test_what_is_missing_is_said_and_the_rest_runs(monkeypatch: pytest.MonkeyPat
 def test_the_store_is_not_changed() -> None:
     store = planted("two_classes", "")
     before = set(store)
-    validation.check(store)
+    report = validation.check(store)
     assert set(store) == before
+    assert validation.check(quad.triple for quad in store) == report
