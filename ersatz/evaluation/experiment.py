@@ -16,6 +16,7 @@ from ersatz.evaluation.methods import Context, Ersatz
 from ersatz.evaluation.resampling import Grounder
 from ersatz.evaluation.scenarios import Scenario, check_names
 from ersatz.evaluation.sweeps import (
+    SHOWN,
     Cell,
     Progress,
     answers_on_grid,
@@ -116,9 +117,9 @@ class Results:
     def over_objects(self) -> dict[str, Estimate]:
         """Return ERSATZ's metrics with the interval that drawing the objects again gives."""
         found = {}
+        every = [_means(self.scenarios, answers) for answers in self.resamples]
         for metric, known in self.first.metrics.items():
-            every = (_mean_of(self.scenarios, answers, metric) for answers in self.resamples)
-            means = sorted(mean for mean in every if mean is not None)
+            means = sorted(mean for one in every if (mean := one[metric]) is not None)
             if means:
                 low, high = (means[round(q * (len(means) - 1))] for q in (0.025, 0.975))
                 found[metric] = Estimate(known.mean, low, high, len(means))
@@ -254,7 +255,7 @@ def _compared(standings: Sequence[Standing], scenarios: Sequence[Scenario]) -> t
     tools = [scenario.missing for scenario in scenarios]
     first, *others = standings
     p: dict[str, dict[str, float]] = {}
-    for metric in ("top1", "ndcg", "f1"):
+    for metric in SHOWN:
         mine = [one.value[metric] for one in first.agreements]
         p[metric] = {
             s.name: paired_test(mine, [one.value[metric] for one in s.agreements], tools) for s in others
@@ -273,12 +274,15 @@ def _compared(standings: Sequence[Standing], scenarios: Sequence[Scenario]) -> t
     )
 
 
+def _means(scenarios: Sequence[Scenario], answers: Sequence[Answer]) -> dict[str, float | None]:
+    """Return the mean of every metric."""
+    values = [agree(scenario, answer).value for scenario, answer in zip(scenarios, answers, strict=True)]
+    return {metric: _mean([one[metric] for one in values]) for metric in METRICS}
+
+
 def _grid_metrics(scenarios: Sequence[Scenario], answers: Sequence[Answer]) -> dict[str, float]:
-    return {metric: _mean_of(scenarios, answers, metric) or 0.0 for metric in ("top1", "ndcg", "f1")}
-
-
-def _mean_of(scenarios: Sequence[Scenario], answers: Sequence[Answer], metric: str) -> float | None:
-    return _mean([agree(s, a).value[metric] for s, a in zip(scenarios, answers, strict=True)])
+    means = _means(scenarios, answers)
+    return {metric: means[metric] or 0.0 for metric in SHOWN}
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

@@ -1,6 +1,6 @@
 """Figures of the experiment: PNG and SVG, in colours that colour-blind people and printers keep apart.
 
-Sequential values use cividis; categories use the palette of Okabe and Ito. matplotlib is imported when a
+Sequential values use viridis, in which nothing is grey; categories use the palette of Okabe and Ito. matplotlib is imported when a
 figure is drawn.
 """
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"
 NOT_OFFERED: Final = "#D9D9D9"
-STYLE: Final = {
+STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "font.family": "DejaVu Sans",
     "axes.spines.top": False,
@@ -67,8 +67,8 @@ def heat_maps(results: Results, figure: "Figure") -> bool:
     scores = [a.scores or (0.0,) * len(s.available) for s, a in zip(results.scenarios, answers, strict=True)]
     ours = _matrix(names, results.scenarios, scores)
     dots = _both(names, results)
-    side = 2.6 + 0.26 * len(names)
-    figure.set_size_inches(2 * side + 0.6, side + 0.9)
+    side = 1.7 + 0.27 * len(names)
+    figure.set_size_inches(2 * side + 1.0, side + 0.55)
     axes = figure.subplots(1, 2)
     voted = any(s.voters for s in results.scenarios)
     what = "experts' choices (share of votes)" if voted else "right answers (share of scenarios)"
@@ -76,11 +76,14 @@ def heat_maps(results: Results, figure: "Figure") -> bool:
         image = _map(axis, values, names, title)
         rows, columns = np.nonzero(dots)
         for row, column in zip(rows, columns, strict=True):
-            dark = not values[row, column] > 0.55
-            axis.plot(column, row, "o", ms=4.5, color="white" if dark else "black", mec="none")
-    axes[0].set_ylabel("missing tool")
+            light = values[row, column] > 0.55
+            axis.plot(column, row, "o", ms=6, color="black" if light else "white", mec="none")
+    for missing, offered in sorted(_unanswered(names, results)):
+        axes[1].plot(offered, missing, "x", ms=4, color="white", mew=0.8)
+    axes[0].set_ylabel("missing tool", fontsize=11)
     figure.colorbar(image, ax=list(axes), shrink=0.6, aspect=30, pad=0.01)
-    figure.supxlabel("available object        (grey: not offered;  dot: chosen by both)", fontsize=9)
+    legend = "available object        (grey: not offered;  dot: chosen by both;  cross: no answer)"
+    figure.supxlabel(legend, fontsize=11)
     return True
 
 
@@ -148,7 +151,7 @@ def thresholds(results: Results, figure: "Figure") -> bool:
     axes = figure.subplots(1, 3, sharey=True)
     for axis, metric in zip(axes, SHOWN, strict=True):
         values = np.array([[results.grid[t, p][metric] for p in phis] for t in thetas])
-        image = axis.imshow(values, cmap="cividis", origin="lower", aspect="auto")
+        image = axis.imshow(values, cmap="viridis", origin="lower", aspect="auto")
         middle = (values.max() + values.min()) / 2
         for row, column in np.ndindex(values.shape):
             tone = "black" if values[row, column] > middle else "white"
@@ -176,17 +179,30 @@ def sweeps(results: Results, figure: "Figure") -> bool:
     axes = np.asarray(figure.subplots(tall, wide, sharey=True, squeeze=False)).ravel()
     for axis, parameter in zip(axes, parameters, strict=False):
         cells = [cell for cell in results.cells if cell.parameter == parameter]
-        if not all(_is_number(cell.value) for cell in cells):
-            cells = list(dict((c.value, c) for c in cells).values())
+        ordered = all(_is_number(cell.value) for cell in cells)
+        line = "-" if ordered else ""
+        if not ordered:
+            cells = list({cell.value: cell for cell in cells}.values())
         at = np.arange(len(cells))
         for metric, colour, mark in zip(SHOWN, (BLUE, ORANGE, GREEN), "os^", strict=True):
             means = np.array([cell.metrics[metric].mean or 0 for cell in cells])
             low = np.array([cell.metrics[metric].low or 0 for cell in cells])
             high = np.array([cell.metrics[metric].high or 0 for cell in cells])
-            axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
-            axis.plot(at, means, mark + "-", color=colour, ms=4, lw=1, label=NAMES[metric])
+            if ordered:
+                axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
+            else:
+                axis.vlines(at + SHOWN.index(metric) * 0.12 - 0.12, low, high, color=colour, alpha=0.5)
+            axis.plot(
+                at if ordered else at + SHOWN.index(metric) * 0.12 - 0.12,
+                means,
+                mark + line,
+                color=colour,
+                ms=4,
+                lw=1,
+                label=NAMES[metric],
+            )
         determined = [cell.determined for cell in cells]
-        axis.plot(at, determined, color=GREY, lw=1, ls="--", label="share answered")
+        axis.plot(at, determined, color=GREY, lw=1, ls="--", marker="_", label="share answered")
         turned = max(len(cell.value) for cell in cells) > 4
         axis.set_xticks(
             at, [c.value for c in cells], rotation=40 if turned else 0, ha="right" if turned else "center"
@@ -255,14 +271,14 @@ CAPTIONS: Final = {
 
 def _map(axis: "Axes", values: NDArray[np.float64], names: Sequence[str], title: str) -> Any:
     axis.set_facecolor(NOT_OFFERED)
-    image = axis.imshow(np.ma.masked_invalid(values), cmap="cividis", vmin=0, vmax=1)
-    axis.set_xticks(range(len(names)), names, rotation=90, fontsize=9)
-    axis.set_yticks(range(len(names)), names, fontsize=9)
+    image = axis.imshow(np.ma.masked_invalid(values), cmap="viridis", vmin=0, vmax=1)
+    axis.set_xticks(range(len(names)), names, rotation=90, fontsize=10.5)
+    axis.set_yticks(range(len(names)), names, fontsize=10.5)
     axis.set_xticks(np.arange(-0.5, len(names)), minor=True)
     axis.set_yticks(np.arange(-0.5, len(names)), minor=True)
     axis.grid(which="minor", color="white", lw=0.8)
     axis.tick_params(which="both", length=0)
-    axis.set_title(title, fontsize=11)
+    axis.set_title(title, fontsize=12)
     for spine in axis.spines.values():
         spine.set_visible(False)
     return image
@@ -288,6 +304,17 @@ def _both(names: Sequence[str], results: Results) -> NDArray[np.bool_]:
         for name in scenario.chosen() & (answer.accepted or frozenset()):
             dots[row[scenario.missing], row[name]] = True
     return dots
+
+
+def _unanswered(names: Sequence[str], results: Results) -> set[tuple[int, int]]:
+    """Return the cells of scenarios without an answer."""
+    row = {name: at for at, name in enumerate(names)}
+    return {
+        (row[scenario.missing], row[name])
+        for scenario, answer in zip(results.scenarios, results.first.answers, strict=True)
+        if answer.scores is None
+        for name in scenario.available
+    }
 
 
 def _interval(axis: "Axes", y: float, one: Standing, metric: str) -> None:

@@ -123,8 +123,8 @@ def _better(one: Standing, first: Standing) -> bool:
 
 
 def _methods_table(results: Results) -> str:
-    shown = ("top1", "mass", "rr", "ndcg", "precision", "recall", "f1", "tau")
-    shown = tuple(m for m in shown if any(s.metrics[m].mean is not None for s in results.standings))
+    wanted = ("top1", "mass", "rr", "ndcg", "precision", "recall", "f1", "tau")
+    shown = [m for m in wanted if any(s.metrics[m].mean is not None for s in results.standings)]
     rows = [
         f"<tr><th>method</th>{''.join(f'<th>{m}</th>' for m in shown)}<th>p (top1)</th><th>corrected</th></tr>"
     ]

@@ -68,6 +68,8 @@ class Scenario:
         """Check, and count the ballots."""
         if not self.id or not self.missing:
             raise InputError(f"scenario {self.id!r} needs an id and a missing tool")
+        if not self.id.isprintable():
+            raise InputError(f"scenario {self.id!r}: an id has no line breaks")
         if not self.available or len(set(self.available)) < len(self.available):
             raise InputError(f"scenario {self.id!r}: name at least one available object, and each once")
         if self.missing in self.available or NONE in self.available:
