@@ -34,6 +34,10 @@ def create_app(kb: KnowledgeBase, settings: ServiceSettings | None = None) -> Fa
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         await service.start()
+        if settings.pages:
+            from ersatz.service.pages.data import warm
+
+            await service.read(lambda: warm(kb))
         try:
             yield
         finally:
