@@ -33,7 +33,7 @@ class Kind(StrEnum):
 
 
 class Origin(StrEnum):
-    """Where a value comes from: a sensor, an expert's judgement, or a model made by us."""
+    """Where a value comes from: a sensor, an expert's judgement, or a model rather than a thing."""
 
     MACHINE = "machine"
     HUMAN = "human"

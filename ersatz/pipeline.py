@@ -227,12 +227,12 @@ def ground(
     InputError
         If the shape concepts are not those of the knowledge base.
     """
-    from ersatz.acquisition.measuring import measure_scan
+    from ersatz.acquisition.measuring import measure_object
     from ersatz.acquisition.scans import read_scan
 
     seen = read_scan(Path(scan)) if isinstance(scan, str | Path) else scan
     seen = seen if mass is None else replace(seen, mass=mass)
-    values = measure_scan(seen, _concepts_of(kb, concepts))
+    values = measure_object(seen, _concepts_of(kb, concepts))
     held = []
     for qualities in read_qualities(kb):
         name = qualities.property.name
