@@ -36,6 +36,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+figure_app = typer.Typer(help="Draw scans and shape concepts as PNG files.", rich_markup_mode=None)
+app.add_typer(figure_app, name="figure")
+
 Location = Annotated[
     str, typer.Argument(metavar="KB", help="household, a file, a directory or an endpoint's URL.")
 ]
@@ -291,6 +294,48 @@ def ground(
         from ersatz.display import show_grounded
 
         show_grounded(_console(), grounded)
+
+
+@figure_app.command("scan")
+def figure_scan(
+    scan: Annotated[Path, typer.Argument(help="A scan of an object; of a mesh, one view is drawn.")],
+    out: Annotated[Path, typer.Option(help="Folder to write the pictures to.")],
+    concepts: Annotated[
+        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
+    ] = None,
+) -> None:
+    """Draw a scan: its segments, its symbols at each level, the tree of compositions, the responses.
+
+    Example: ersatz figure scan mug.ply --out figures
+    """
+    from ersatz.acquisition.figures import scan_figures
+    from ersatz.acquisition.layouts import FolderSettings, views_of
+    from ersatz.acquisition.scans import read_scan
+    from ersatz.acquisition.sources import shape_concepts
+
+    view = next(iter(views_of(read_scan(scan), FolderSettings(whole=False))))
+    for path in scan_figures(view, shape_concepts(concepts), out):
+        _say(f"{path}: written")
+
+
+@figure_app.command("concepts")
+def figure_concepts(
+    unlabelled: Annotated[Path, typer.Option(help="The folder of scans the concepts were learned from.")],
+    out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
+    concepts: Annotated[
+        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
+    ] = None,
+) -> None:
+    """Draw a contact sheet of the shape concepts: one row a concept, its exemplars nearest to its middle.
+
+    Example: ersatz figure concepts --unlabelled scans --out figures
+    """
+    from ersatz.acquisition.figures import concept_figure
+    from ersatz.acquisition.sources import shape_concepts, unlabelled_scans
+
+    out.mkdir(parents=True, exist_ok=True)
+    path = concept_figure(shape_concepts(concepts), unlabelled_scans(unlabelled), out / "concepts.png")
+    _say(f"{path}: written")
 
 
 @app.command()

@@ -1,6 +1,6 @@
 """Sources: everything a knowledge base is grounded in, read and measured into one table."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -130,17 +130,33 @@ def acquire(
 
 def find_concepts(sources: Sources, settings: AcquisitionSettings, progress: Progress) -> "ShapeConcepts":
     """Return the shape concepts to use: given, newly learned, or those of the shipped knowledge base."""
-    from ersatz.acquisition.camera import CameraSettings
-    from ersatz.acquisition.layouts import FolderSettings, iter_scans
-    from ersatz.acquisition.shape_concepts import ConceptSettings, ShapeConcepts, learn_shape_concepts
+    from ersatz.acquisition.shape_concepts import ConceptSettings, learn_shape_concepts
 
     if sources.unlabelled is None:
-        return ShapeConcepts.load(sources.concepts or ONTOLOGY / f"household.{CONCEPTS}")
+        return shape_concepts(sources.concepts)
     progress("learning shape concepts", 0.02)
-    # Learned from twice as many views as are measured, so that every side of few objects is seen.
-    camera = CameraSettings(views=2 * settings.views)
-    scans = iter_scans(sources.unlabelled, FolderSettings(camera, whole=False, keep_going=settings.keep_going))
+    scans = unlabelled_scans(sources.unlabelled, settings)
     return learn_shape_concepts(scans, ConceptSettings(concepts=settings.shape_concepts))
+
+
+def unlabelled_scans(folder: str | Path, settings: AcquisitionSettings | None = None) -> "Iterator[Scan]":
+    """Yield the views shape concepts are learned from: twice as many an object as are measured.
+
+    The objects are few, and every side of them should be seen.
+    """
+    from ersatz.acquisition.camera import CameraSettings
+    from ersatz.acquisition.layouts import FolderSettings, iter_scans
+
+    settings = settings or AcquisitionSettings()
+    camera = CameraSettings(views=2 * settings.views)
+    return iter_scans(folder, FolderSettings(camera, whole=False, keep_going=settings.keep_going))
+
+
+def shape_concepts(path: str | Path | None = None) -> "ShapeConcepts":
+    """Return the shape concepts in a file; without one, those of the shipped knowledge base."""
+    from ersatz.acquisition.shape_concepts import ShapeConcepts
+
+    return ShapeConcepts.load(path or ONTOLOGY / f"household.{CONCEPTS}")
 
 
 def concepts_beside(location: Path) -> Path:
