@@ -16,11 +16,11 @@ SIDE: Final = 220
 
 
 def find_scans(folder: Path, classes: Sequence[str]) -> dict[str, Path]:
-    """Return for each class the first scan (.ply, .npz) in the folder of its name, where there is one."""
+    """Return for each class the first mesh (.ply), else cloud (.npz), in the folder of its name, where there is one."""
     found = {}
     for name in classes:
         inside = folder / local_name(snake_iri(name))
-        files = sorted([*inside.glob("*.ply"), *inside.glob("*.npz")]) if inside.is_dir() else []
+        files = [*sorted(inside.glob("*.ply")), *sorted(inside.glob("*.npz"))] if inside.is_dir() else []
         if files:
             found[name] = files[0]
     return found

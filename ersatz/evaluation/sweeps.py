@@ -1,5 +1,6 @@
 """Sweeps and ablations: how much the answer hangs on each choice. One tidy table."""
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -7,6 +8,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Final, TypeAlias
 
+from ersatz.errors import ErsatzWarning
 from ersatz.evaluation.agreement import Answer, agree
 from ersatz.evaluation.methods import Ersatz
 from ersatz.evaluation.resampling import Grounder, Value, read_values, resampled, to_blocks
@@ -185,7 +187,9 @@ def _ground_and_answer(
     ground: Grounder, blocks: list[Block], settings: tuple[int, int], scenarios: Sequence[Scenario]
 ) -> list[Answer]:
     """Ground and answer; a class that lost all its values leaves its scenarios undetermined."""
-    kb = ground(blocks, *settings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ErsatzWarning)  # fewer values than qualities: part of the sweep
+        kb = ground(blocks, *settings)
     known = set(kb.known_names("class"))
     method = Ersatz(kb)
     return [
