@@ -70,6 +70,7 @@ class ExportForm(StrEnum):
     KNOWROB = "knowrob"
     ORO = "oro"
     CLASSES = "classes"
+    HTML = "html"
 
 
 _SUFFIX: Final = {ExportForm.KNOWROB: "owl", ExportForm.ORO: "owl", ExportForm.CLASSES: "ttl"}
@@ -433,7 +434,7 @@ def check(
     from ersatz.knowledge.validation import check_file
 
     path = _path_of(location)
-    report = check_file(path, reason) if path is not None else check_store(_open(location).copy(), reason)
+    report = check_file(path, reason) if path is not None else check_store(_open(location).triples(), reason)
     if as_json:
         _print_json(report.as_dict())
     else:
@@ -455,11 +456,14 @@ def link(
 ) -> None:
     """Merge the knowledge base, a bridge and another robot ontology into one graph.
 
-    Example: ersatz link household linked.ttl --bridge soma --ontology SOMA-HOME.owl --ontology DUL.owl
+    The file opens like any knowledge base: `ersatz query linked.owl linked/...` asks across the border.
+    Example: ersatz link household linked.owl --bridge soma --ontology SOMA-HOME.owl --ontology DUL.owl
     """
     from ersatz.knowledge.base import write
     from ersatz.knowledge.linking import link as merge
 
+    if out.suffix not in (".owl", ".nt"):
+        raise InputError(f"{out.name!r}: other ontologies have blank nodes; write a .owl or .nt file")
     store = merge(_open(location).triples(), bridge, ontology or ())
     write((quad.triple for quad in store), out)
     _say(f"{out}: {len(store)} triples")
@@ -475,7 +479,8 @@ def export(
 ) -> None:
     """Write the knowledge base as a file in another format, as a directory, or as another system reads it.
 
-    knowrob and oro are for these systems; classes are definitions for a reasoner in Protege.
+    knowrob and oro are for these systems; classes are definitions for a reasoner in Protege; html is a page
+    of reference: terms, diagram and questions.
     Example: ersatz export household --to owl household.owl
     """
     from ersatz.knowledge import exports
@@ -484,11 +489,8 @@ def export(
     from ersatz.knowledge.stores import format_of
 
     kb = _open(location)
-    named = (
-        out
-        if to is None or format_of(out) is not None
-        else out.with_name(f"{out.name}.{_SUFFIX.get(to, to)}")
-    )
+    ending = "" if to is None else f".{_SUFFIX.get(to, to)}"
+    named = out if format_of(out) is not None or out.name.endswith(ending) else out.with_name(out.name + ending)
     if to is ExportForm.KNOWROB:
         write(exports.knowrob(kb.triples()), named)
         sys.stdout.write(exports.knowrob_settings(str(named)))
@@ -496,6 +498,10 @@ def export(
         write(exports.oro(kb.triples()), named)
     elif to is ExportForm.CLASSES:
         named.write_text("".join(defined_classes(kb.triples())), encoding="utf-8")
+    elif to is ExportForm.HTML:
+        from ersatz.knowledge.reference import reference
+
+        named.write_text(reference(), encoding="utf-8")
     else:
         kb.save(named)
     _say(f"{named}: written")
@@ -513,7 +519,7 @@ def _path_of(location: str) -> Path | None:
     from ersatz.resources import ONTOLOGY
 
     path = ONTOLOGY / f"{location}.ttl" if location in SHIPPED else Path(location)
-    return path if path.is_file() else None
+    return path if path.is_file() and path.suffix != ".gz" else None
 
 
 def _save(kb: "KnowledgeBase", otherwise: str = "") -> None:

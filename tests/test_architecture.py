@@ -82,7 +82,8 @@ def test_libraries_stay_where_they_belong(path: Path) -> None:
             assert here in ("knowledge", "reasoner", "evaluation", "service"), f"{path.name} imports {module}"
         if library in LEARNING:
             assert here in ("acquisition", "grounding", "evaluation"), f"{path.name} imports {module}"
-            assert not at_top, f"{path.name} imports {module} before it is needed"
+            needed = library == "scipy" and here == "acquisition"
+            assert needed or not at_top, f"{path.name} imports {module} before it is needed"
         if library == "open3d":
             assert here == "acquisition", f"{path.name} imports open3d"
 

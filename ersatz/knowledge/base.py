@@ -198,12 +198,6 @@ class KnowledgeBase:
         """Yield all triples."""
         return self.construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
 
-    def copy(self) -> ox.Store:
-        """Return all triples in a store of their own, in memory."""
-        engine = ox.Store()
-        engine.bulk_extend(ox.Quad(t.subject, t.predicate, t.object) for t in self.triples())
-        return engine
-
     def view(self, load: Callable[["KnowledgeBase"], T]) -> T:
         """Return what `load` makes of this knowledge base; made once, and again after a change."""
         if load not in self._views:

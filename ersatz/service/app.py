@@ -8,7 +8,7 @@ from starlette.middleware.cors import CORSMiddleware
 
 from ersatz import __version__
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.service.endpoint import Endpoint
+from ersatz.service.endpoint import Endpoint, refused_methods
 from ersatz.service.rest import rest_routes
 from ersatz.service.safety import Guard
 from ersatz.service.service import Service
@@ -54,6 +54,8 @@ def create_app(kb: KnowledgeBase, settings: ServiceSettings | None = None) -> Fa
     app.state.service = service
     app.router.routes.extend(Endpoint(service).routes())
     app.include_router(rest_routes(service))
+    for path, allowed in (("/substitutes", ("GET", "POST")), ("/health", ("GET",)), ("/openapi.json", ("GET", "HEAD"))):
+        app.router.routes.append(refused_methods(path, allowed))
     if settings.pages:
         from ersatz.service.pages import add_pages
 

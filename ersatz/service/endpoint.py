@@ -31,6 +31,7 @@ from ersatz.service.service import Service
 
 Handler = Callable[[Request], Awaitable[Response]]
 
+METHODS: Final = ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE"]
 TERMS: Final = frozenset({v.ONTOLOGY.value, v.ERSATZ})
 _DATASET: Final = ("default-graph-uri", "named-graph-uri")
 _UPDATE_DATASET: Final = ("using-graph-uri", "using-named-graph-uri")
@@ -44,14 +45,15 @@ class Endpoint:
 
     def routes(self) -> list[Route]:
         """Return the routes."""
-        return [
-            Route("/sparql", _guarded(self.sparql), methods=["GET", "POST"]),
-            Route("/query", _guarded(self.sparql), methods=["GET", "POST"]),
-            Route("/update", _guarded(self.update), methods=["POST"]),
-            Route("/data", _guarded(self.graph), methods=["GET"]),
-            Route("/kb", _guarded(self.knowledge_base), methods=["GET"]),
-            Route("/kb/{name}", _guarded(self.thing), methods=["GET"]),
+        served: list[tuple[str, Handler, tuple[str, ...]]] = [
+            ("/sparql", self.sparql, ("GET", "HEAD", "POST")),
+            ("/query", self.sparql, ("GET", "HEAD", "POST")),
+            ("/update", self.update, ("POST",)),
+            ("/data", self.graph, ("GET", "HEAD")),
+            ("/kb", self.knowledge_base, ("GET", "HEAD")),
+            ("/kb/{name}", self.thing, ("GET", "HEAD")),
         ]
+        return [Route(path, _guarded(handler, allowed), methods=METHODS) for path, handler, allowed in served]
 
     async def sparql(self, request: Request) -> Response:
         """Answer a query; without one, describe the service; refer updates to their handler."""
@@ -171,11 +173,27 @@ def _form(body: bytes) -> dict[str, list[str]]:
         raise RefusedError(400, "the form is not ASCII: percent-encode it") from None
 
 
-def _guarded(handler: Handler) -> Handler:
+def _guarded(handler: Handler, allowed: tuple[str, ...]) -> Handler:
     async def guarded(request: Request) -> Response:
         try:
+            if request.method not in allowed:
+                raise not_allowed(allowed)
             return await handler(request)
         except RefusedError as error:
             return refusal(error)
 
     return guarded
+
+
+def not_allowed(allowed: tuple[str, ...]) -> RefusedError:
+    """Return the refusal of a method; routes take all methods, lest the pages answer what they do not know."""
+    return RefusedError(405, f"only {', '.join(allowed)} here", {"Allow": ", ".join(allowed)})
+
+
+def refused_methods(path: str, allowed: tuple[str, ...]) -> Route:
+    """Return a route that refuses whatever methods are left on a path."""
+
+    async def refuse(_: Request) -> Response:
+        return refusal(not_allowed(allowed))
+
+    return Route(path, refuse, methods=[method for method in METHODS if method not in allowed])

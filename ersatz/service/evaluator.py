@@ -33,6 +33,10 @@ class LimitError(Exception):
     """The answer is larger than allowed."""
 
 
+class UnacceptableError(Exception):
+    """The client takes no format the answer has."""
+
+
 class Sink:
     """A file that sends what is written in pieces, and counts rows and bytes."""
 
@@ -136,15 +140,17 @@ class Evaluator:
                 self._query(job, connection)
             else:
                 self._send_triples(self._triples(job), job, connection)
-            connection.sendall(frame(END))
+            connection.sendall(frame(END, str(job.number).encode()))
+        except UnacceptableError as error:
+            _refuse(connection, job, 406, str(error))
         except LimitError as error:
-            _refuse(connection, 422, f"{error}: ask for less, with LIMIT and OFFSET")
+            _refuse(connection, job, 422, f"{error}: ask for less, with LIMIT and OFFSET")
         except SyntaxError as error:
-            _refuse(connection, 400, f"not valid SPARQL: {_line(error)}")
+            _refuse(connection, job, 400, f"not valid SPARQL: {_line(error)}")
         except (ValueError, RuntimeError) as error:
-            _refuse(connection, 400, f"it cannot be evaluated: {_line(error)}")
+            _refuse(connection, job, 400, f"it cannot be evaluated: {_line(error)}")
         except (OSError, ErsatzError) as error:
-            _refuse(connection, 500, f"the knowledge base cannot be read: {_line(error)}")
+            _refuse(connection, job, 500, f"the knowledge base cannot be read: {_line(error)}")
 
     def _query(self, job: Job, connection: socket.socket) -> None:
         # The dataset is set whatever FROM says: the only graph it may name is the default one.
@@ -159,14 +165,13 @@ class Evaluator:
             return
         format_ = ox.QueryResultsFormat.from_media_type(job.table) if job.table else None
         if isinstance(results, ox.QueryBoolean) and job.table in ("text/csv", "text/tab-separated-values"):
-            connection.sendall(frame(KIND, f"{job.table}; charset=utf-8".encode()))
+            _begin(connection, job, f"{job.table}; charset=utf-8")
             connection.sendall(frame(DATA, b"true\n" if results else b"false\n"))
             return
         if format_ is None:
-            _refuse(connection, 406, "the answer is a table: accept JSON, XML, CSV or TSV")
-            return
+            raise UnacceptableError("the answer is a table: accept JSON, XML, CSV or TSV")
         sink = Sink(connection, job, row_counter(str(job.table)))
-        connection.sendall(frame(KIND, _content_type(str(job.table)).encode()))
+        _begin(connection, job, _content_type(str(job.table)))
         results.serialize(sink, format=format_)  # type: ignore[arg-type]
         sink.flush()
 
@@ -179,10 +184,9 @@ class Evaluator:
 
     def _send_triples(self, triples: Iterable[ox.Triple], job: Job, connection: socket.socket) -> None:
         if job.graph is None:
-            _refuse(connection, 406, "the answer is a graph: accept Turtle, N-Triples, JSON-LD or RDF/XML")
-            return
+            raise UnacceptableError("the answer is a graph: accept Turtle, N-Triples, JSON-LD or RDF/XML")
         sink = Sink(connection, job, None)
-        connection.sendall(frame(KIND, _content_type(job.graph).encode()))
+        _begin(connection, job, _content_type(job.graph))
         ox.serialize(
             _each(triples, sink),
             sink,  # type: ignore[arg-type]
@@ -207,7 +211,7 @@ class Evaluator:
 
     def _send_lines(self, lines: Iterable[bytes], job: Job, connection: socket.socket) -> None:
         sink = Sink(connection, job, None)
-        connection.sendall(frame(KIND, b"application/n-triples"))
+        _begin(connection, job, "application/n-triples")
         for line in lines:
             sink.counted(1)
             sink.write(line)
@@ -247,8 +251,12 @@ def _content_type(media: str) -> str:
     return f"{media}; charset=utf-8" if media.startswith("text/") else media
 
 
-def _refuse(connection: socket.socket, status: int, message: str) -> None:
-    connection.sendall(frame(REFUSED, f"{status} {message}".encode()))
+def _begin(connection: socket.socket, job: Job, media: str) -> None:
+    connection.sendall(frame(KIND, f"{job.number} {media}".encode()))
+
+
+def _refuse(connection: socket.socket, job: Job, status: int, message: str) -> None:
+    connection.sendall(frame(REFUSED, f"{job.number} {status} {message}".encode()))
 
 
 def _line(error: object) -> str:

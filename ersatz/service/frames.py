@@ -11,11 +11,12 @@ HELLO: Final = b"I"
 JOB: Final = b"J"
 """Service: a `Job` as JSON."""
 KIND: Final = b"K"
-"""Worker: the media type of the answer, before its bytes."""
+"""Worker: the job's number and the media type of the answer, before its bytes."""
 DATA: Final = b"D"
 END: Final = b"E"
+"""Worker: the job's number, after all bytes."""
 REFUSED: Final = b"X"
-"""Worker: status and message, as "400 what is wrong"."""
+"""Worker: the job's number, status and message, as "7 400 what is wrong"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,9 @@ class Job:
         Media types of an answer that is a table or a graph; None if the client takes none we have.
     rows, answer_bytes : int
         Limits.
+    number : int
+        Of this job; it comes back with the first and the last message of the answer, so that no client
+        can be given another's.
     """
 
     action: str
@@ -40,6 +44,7 @@ class Job:
     graph: str | None
     rows: int
     answer_bytes: int
+    number: int = 0
 
     def as_dict(self) -> dict[str, object]:
         """Return the fields for JSON."""

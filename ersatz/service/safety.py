@@ -81,6 +81,8 @@ class Guard:
 
     def _refused(self, scope: Scope) -> tuple[int, str] | None:
         headers = Headers(scope=scope)
+        if len(headers.getlist("host")) != 1:
+            return 400, "a request names one host"
         host = _host(headers.get("host", ""))
         if self._settings.hosts and host not in self._settings.hosts:
             return 421, "this service does not answer to that host name"

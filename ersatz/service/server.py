@@ -2,11 +2,11 @@
 
 import asyncio
 import socket
-from typing import Any, Final
+from typing import Final
 
 import uvicorn
 from fastapi import FastAPI
-from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
@@ -19,23 +19,42 @@ GRACE_SECONDS: Final = 5
 HEAD_SECONDS: Final = 10.0
 """How long a client may take to send the head of its first request."""
 
-_HTTP: type[Any]
-try:
-    from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol as _HTTP
-except ImportError:  # pragma: no cover - httptools comes with NiceGUI
-    _HTTP = H11Protocol
+MOST_HEAD: Final = 64 << 10
+"""Bytes the head of a request may have."""
 
 
-class PatientProtocol(_HTTP):  # type: ignore[misc] # one of two classes with one interface
-    """HTTP/1.1 that hangs up on a client who never finishes its request's head."""
+class PatientProtocol(HttpToolsProtocol):
+    """HTTP/1.1 that hangs up on a client whose request's head never ends, in time or in length."""
 
-    def connection_made(self, transport: asyncio.Transport) -> None:
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Start the clock."""
         super().connection_made(transport)
+        self._head = 0
+        self._complete = False
         asyncio.get_running_loop().call_later(HEAD_SECONDS, self._hang_up_if_silent)
 
+    def data_received(self, data: bytes) -> None:
+        """Take bytes, and count those of a head."""
+        self._head += len(data)
+        super().data_received(data)
+        if self._complete:
+            self._head = 0
+        elif self._head > MOST_HEAD and not self.transport.is_closing():
+            self.transport.write(b"HTTP/1.1 431 Request Header Fields Too Large\r\nConnection: close\r\n\r\n")
+            self.transport.close()
+
+    def on_message_begin(self) -> None:
+        """Note that a head has begun."""
+        self._complete = False
+        super().on_message_begin()
+
+    def on_headers_complete(self) -> None:
+        """Note that it is complete."""
+        self._complete = True
+        super().on_headers_complete()
+
     def _hang_up_if_silent(self) -> None:
-        if self.scope is None and not self.transport.is_closing():
+        if not self._complete and not self.transport.is_closing():
             self.transport.close()
 
 
@@ -77,7 +96,6 @@ def server_config(app: FastAPI, settings: ServiceSettings) -> uvicorn.Config:
         timeout_keep_alive=15,
         timeout_graceful_shutdown=GRACE_SECONDS,
         ws_max_size=4 << 20,
-        h11_max_incomplete_event_size=64 << 10,
         log_level="warning",
     )
 

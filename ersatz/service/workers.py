@@ -13,7 +13,8 @@ import sys
 import tempfile
 from collections import deque
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -72,6 +73,7 @@ class Pool:
         self._older: set[Generation] = set()
         self._folder = Path()
         self._count = 0
+        self._numbers = count(1)
         self._tasks: set[asyncio.Task[None]] = set()
         self._reloading = asyncio.Lock()
 
@@ -155,21 +157,27 @@ class Pool:
             self._release(worker, whole=whole)
 
     async def _transfer(self, worker: Worker, job: Job, spool: Spool) -> bool:
-        worker.writer.write(frame(JOB, json.dumps(job.as_dict()).encode()))
+        """Send a job and take its answer; raise ConnectionError if it is not the answer to this job."""
+        number = next(self._numbers)
+        worker.writer.write(frame(JOB, json.dumps(replace(job, number=number).as_dict()).encode()))
         while True:
             letter, size = HEADER.unpack(await worker.reader.readexactly(HEADER.size))
             payload = await worker.reader.readexactly(size) if size else b""
-            if letter == DATA:
+            if letter == DATA and spool.media:
                 spool.write(payload)
-            elif letter == KIND:
-                spool.media = payload.decode()
+                continue
+            of, _, rest = payload.decode().partition(" ")
+            if of != str(number):
+                raise ConnectionError("a worker answered another job")
+            if letter == KIND:
+                spool.media = rest
+                continue
+            if letter == REFUSED:
+                status, _, message = rest.partition(" ")
+                spool.finish(RefusedError(int(status), message))
             elif letter == END:
                 spool.finish()
-                return True
-            elif letter == REFUSED:
-                status, _, message = payload.decode().partition(" ")
-                spool.finish(RefusedError(int(status), message))
-                return True
+            return True
 
     async def _acquire(self) -> Worker:
         while self._idle:

@@ -55,19 +55,19 @@ class _Page:
         heading("SPARQL", "Ask a stored question, or one of your own; it is evaluated apart and ended at the time limit.")
         with card():
             names = {one: stored_query(one).summary for one in query_names() if "/" not in one}
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("line"):
                 chosen = ui.select(
                     {"": "a query of my own", **{n: f"{s}" for n, s in names.items()}},
                     label="Stored question", with_input=True, value=question if question in names else "",
                 ).props('outlined dense').classes("grow")  # fmt: skip
                 ui.button("History", icon="history").props("flat color=grey").on_click(self._history)
-            self._fields = ui.element("div").classes("row").style("margin: 12px 0")
+            self._fields = ui.element("div").classes("line").style("margin: 12px 0")
             self._editor = ui.codemirror(self._query, language="SPARQL", line_wrapping=True)
             self._editor.style("height: 240px").props('aria-label="Query"')
-            with ui.element("div").classes("row").style("margin-top: 14px"):
+            with ui.element("div").classes("line").style("margin-top: 14px"):
                 ui.button("Run", icon="play_arrow").props("unelevated color=teal-8").on_click(self.run)
                 self._says = ui.label().classes("soft")
-                with ui.element("div").classes("row end"):
+                with ui.element("div").classes("line end"):
                     for kind, media in (("CSV", "text/csv"), ("JSON", TABLES[0]), ("Turtle", GRAPHS[0])):
                         button = ui.button(kind, icon="download").props("flat dense color=grey")
                         button.on_click(lambda _, m=media, k=kind: self._download(m, k))

@@ -134,7 +134,7 @@ def _lines(order: list[tuple[int, str, str, int]], here: str, wanted: str) -> No
         link = ui.link(target=page_of("class", iri)).style(f"margin-left: {12 * depth}px")
         with link:
             text(name)
-            text(str(count))
+            text(str(count)).classes("count")
         if iri == here:
             link.classes("here").props('aria-current="page"')
     if not fitting:
@@ -161,7 +161,7 @@ def _read(kb: KnowledgeBase, iri: str) -> _Found:
 
 async def _class(service: Service, found: _Found, parents: list[str], theta: Fraction) -> None:
     model = found.model
-    with ui.element("div").classes("row"):
+    with ui.element("div").classes("line"):
         text(model.name, "h1")
         ui.button("Find a substitute", icon="swap_horiz").props("outline color=teal-8").classes("end").on_click(
             lambda: ui.navigate.to(link_to("/substitution", missing=model.name))
@@ -185,7 +185,7 @@ async def _class(service: Service, found: _Found, parents: list[str], theta: Fra
 def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> None:
     """Bars of all memberships; a slider marks those that are representative."""
     drawn: list[tuple[Entry, ui.element]] = []
-    with ui.element("div").classes("row"):
+    with ui.element("div").classes("line"):
         ui.label("Representative from").classes("soft")
         slider = ui.slider(min=0.05, max=1, step=0.05, value=float(theta)).classes("grow")
         slider.props('label-always aria-label="Threshold theta" color=teal-8')
@@ -235,11 +235,11 @@ async def _functions(service: Service, iri: str, theta: Fraction) -> None:
             chip(words_of(name), page_of("quality", KB + name), "info")
         if not ranking.relevant_functional:
             ui.label("None: it cannot be said what would stand in for it.").classes("soft")
-    ui.label("Qualities they rest on").classes("faint").style("margin-top: 12px")
+    ui.label("Qualities they rest on").classes("faint")
     with chips():
         for name in ranking.relevant_physical:
             chip(words_of(name), page_of("quality", KB + name), "good")
-    ui.label("Nearest stand-ins").classes("faint").style("margin-top: 12px")
+    ui.label("Nearest stand-ins").classes("faint")
     with chips():
         for one in ranking:
             chip(f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" if one.accepted else "")
@@ -250,13 +250,13 @@ def _standing(found: _Found, parents: list[str]) -> None:
     with chips():
         for one in parents or [OBJECT.value]:
             chip(local_name(one), page_of("class", one) if one.startswith(KB) else "")
-    ui.label("The same in other ontologies").classes("faint").style("margin-top: 12px")
+    ui.label("The same in other ontologies").classes("faint")
     rows: tuple[tuple[Any, ...], ...] = found.mappings
     for relation, other in rows:
         ui.label(f"{local_name(str(relation))}: {other}").classes("iri")
     if not rows:
         ui.label("No mapping is in this knowledge base; `ersatz link` adds them.").classes("soft")
-    ui.label("More").classes("faint").style("margin-top: 12px")
+    ui.label("More").classes("faint")
     with chips():
         chip("its neighbourhood", link_to("/graph", node=local_name(found.model.iri)))
         chip("as Turtle", f"/kb/{local_name(found.model.iri)}")

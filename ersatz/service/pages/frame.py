@@ -15,7 +15,7 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import Value
-from ersatz.knowledge.vocabulary import ERSATZ, KB
+from ersatz.knowledge.vocabulary import ERSATZ, KB, PREFIXES
 from ersatz.service.service import Service
 
 PATIENCE: Final = 60.0
@@ -148,7 +148,7 @@ def notice(words: str, *, bad: bool = False) -> None:
 
 def copyable(words: str) -> None:
     """An IRI or a link with a button that copies it."""
-    with ui.element("div").classes("row"):
+    with ui.element("div").classes("line"):
         ui.label(words).classes("iri")
         copy_button(words, "Copy")
 
@@ -173,11 +173,16 @@ def link_to(path: str, **fields: Any) -> str:
 
 
 def shown(value: Value) -> str:
-    """Return a value as a person reads it: names instead of IRIs of our own."""
+    """Return a value as a person reads it: names instead of our own IRIs, prefixes instead of known ones."""
     if value is None:
         return ""
     words = str(value)
-    return local_name(words) if words.startswith((KB, ERSATZ)) else words
+    if words.startswith((KB, ERSATZ)):
+        return local_name(words)
+    for prefix, namespace in PREFIXES.items():
+        if words.startswith(namespace):
+            return f"{prefix}:{words[len(namespace):]}"
+    return words
 
 
 def words_of(name: str) -> str:

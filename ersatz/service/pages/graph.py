@@ -26,7 +26,7 @@ def add(service: Service) -> None:
     async def graph(node: str = "") -> None:
         with frame(service, "Graph", "/graph"):
             heading("Graph", "Click a node to open its neighbours; double click to go to its page.")
-            box = ui.input("Thing", value=node or "Tray").props("outlined dense").on(
+            box = ui.input("Thing", value=node or "Tray").props("outlined dense").style("margin-bottom: 16px; max-width: 420px").on(
                 "keydown.enter", lambda: ui.navigate.to(link_to("/graph", node=box.value))
             )
             picture = _Picture(service)
@@ -101,7 +101,7 @@ class _Picture:
         return {
             "color": COLOURS,
             "tooltip": {},
-            "legend": {"data": list(_SORTS), "textStyle": {"color": _INK}},
+            "legend": {"top": 0, "data": list(_SORTS), "textStyle": {"color": _INK}},
             "series": [
                 {
                     "type": "graph",

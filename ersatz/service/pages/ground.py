@@ -117,7 +117,7 @@ def _scene(found: Grounded) -> None:
 
 
 def _keep(service: Service, found: Grounded) -> None:
-    with card("Add it to the knowledge base"), ui.element("div").classes("row"):
+    with card("Add it to the knowledge base"), ui.element("div").classes("line"):
         of = ui.input("Its class").props("outlined dense")
         name = ui.input("Its name").props("outlined dense")
         token = ui.input("Token", password=True).props("outlined dense autocomplete=off")

@@ -25,7 +25,7 @@ def add(service: Service) -> None:
                 "not here, and it ranks what is, with reasons.",
             )
             with card():
-                with ui.element("div").classes("row"):
+                with ui.element("div").classes("line"):
                     names = sorted(name for _, name, _ in seen.classes)
                     missing = ui.select(
                         names[:5000], label="Missing tool", with_input=True, value=_first(names)

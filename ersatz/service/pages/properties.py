@@ -234,7 +234,7 @@ def _histogram(found: _Values, unit: str) -> dict[str, Any]:
             "stack": "all",
             "barWidth": "96%",
             "itemStyle": {"color": COLOURS[at % len(COLOURS)]},
-            "data": [[round(low + (k + 0.5) * width, 6), n] for k, n in sorted(bins.items())],
+            "data": [[round(low + (k + 0.5) * width, 6), bins.get(k, 0)] for k in range(40)],
         }
         for at, (name, bins) in enumerate(counts.items())
     ]
@@ -268,8 +268,8 @@ def _scatter(found: _Values, unit: str) -> dict[str, Any]:
 
 def _frame_of_chart(series: list[dict[str, Any]], x: dict[str, Any], y: dict[str, Any]) -> dict[str, Any]:
     return {
-        "grid": {"left": 60, "right": 24, "top": 44, "bottom": 50},
-        "legend": {"textStyle": {"color": _INK}},
+        "grid": {"left": 60, "right": 24, "top": 64, "bottom": 50},
+        "legend": {"top": 0, "textStyle": {"color": _INK}},
         "tooltip": {},
         "animation": False,
         "xAxis": x,

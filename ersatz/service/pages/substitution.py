@@ -193,10 +193,10 @@ class _Answer:
 
 
 def _question(service: Service, view: View, ranking: Ranking) -> None:
-    with ui.element("div").classes("row"):
+    with ui.element("div").classes("line"):
         article = "an" if ranking.missing[:1] in "aeiou" else "a"
         text(f"In place of {article} {ranking.missing}", "strong").style("font-size: 19px")
-        with ui.element("div").classes("row end"):
+        with ui.element("div").classes("line end"):
             button = ui.button(icon="link").props('flat dense round color=grey aria-label="Copy the link to this view"')
             button.tooltip("Copy the link to this view").on(
                 "click", js_handler="() => navigator.clipboard.writeText(location.href)"
@@ -229,7 +229,7 @@ def _draw_answer(answer: _Answer, tolerance: float) -> None:
     with ui.element("article").classes("answer"):
         with ui.element("div").classes("rank"):
             ui.label("✓" if one.accepted else "–").classes("mark yes" if one.accepted else "mark no")
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("line"):
                 ui.link(one.name, page_of(one.kind, one.iri)).classes("who")
                 for flag in one.flags:
                     chip(flag.replace("_", " "), sort="bad")
