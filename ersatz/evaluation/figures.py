@@ -262,10 +262,10 @@ CAPTIONS: Final = {
     "what one ranking a tool can reach at best (green); dotted: ERSATZ. Hollow: the method only ranks, its "
     "threshold was chosen on other tools.",
     "calibration": "How often an object is chosen, or right, by its similarity (Wilson intervals).",
-    "thresholds": "Agreement over the two thresholds of the paper; its own pair is framed. Nothing was chosen "
-    "from it.",
-    "sweeps": "One choice changed at a time; bands and bars are 95 % intervals, grey is the share of scenarios "
-    "with an answer.",
+    "thresholds": "Agreement over the two thresholds of the paper; its own pair is framed. Nothing was "
+    "chosen from it.",
+    "sweeps": "One choice changed at a time; bands and bars are 95 % intervals, grey is the share of "
+    "scenarios with an answer.",
     "stability": "The objects of every class drawn again with replacement, and the knowledge base grounded "
     "again.",
 }

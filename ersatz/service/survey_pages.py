@@ -19,8 +19,8 @@ body{font:17px/1.5 system-ui,sans-serif;max-width:60em;margin:3em auto;padding:0
 .options{display:flex;flex-wrap:wrap;gap:1em;margin:1.5em 0}
 label{border:2px solid #ccc;border-radius:8px;padding:.8em;width:10em;text-align:center;cursor:pointer}
 label:has(:checked){border-color:#0072B2;background:#eef5fb}label img{display:block;width:100%}
-button{font:inherit;padding:.5em 1.5em;background:#0072B2;color:white;border:0;border-radius:8px;cursor:pointer}
-progress{width:100%}.error{color:#B00020}input[type=text]{font:inherit;width:8em}
+button{font:inherit;padding:.5em 1.5em;background:#0072B2;color:white;border:0;cursor:pointer}
+button{border-radius:8px}progress{width:100%}.error{color:#B00020}input[type=text]{font:inherit;width:8em}
 """.strip()
 
 
