@@ -114,29 +114,65 @@ def _cover(f: Facts) -> Verdict:
     return _decide(f.extents[1] >= 0.15 and f.extents[2] <= 0.04, f.extents[1] <= 0.10)
 
 
+UNROUND: Final = "not hard, or the shorter two edges differ by more than a third"
+
 TASKS: Final = (
-    Task("pour", "Fetch water from the tap and pour it out again.", "labelled `pour`; or hard, with a cavity of at "
-         "least 0.1 l and no edge below 5 cm", "not hard, or a cavity of at most 0.01 l", _pour),
-    Task("gather", "Keep a handful of screws together.", "labelled `contain`, or a cavity of at least 0.05 l",
-         "a cavity of at most 0.01 l", _gather),
-    Task("carry", "Carry two cups at once.", "hard, at least 15 cm x 12 cm, at most 3 cm high",
-         "not hard, or narrower than 10 cm", _carry),
+    Task(
+        "pour",
+        "Fetch water from the tap and pour it out again.",
+        "labelled `pour`; or hard, with a cavity of at least 0.1 l and no edge below 5 cm",
+        "not hard, or a cavity of at most 0.01 l",
+        _pour,
+    ),
+    Task(
+        "gather",
+        "Keep a handful of screws together.",
+        "labelled `contain`, or a cavity of at least 0.05 l",
+        "a cavity of at most 0.01 l",
+        _gather,
+    ),
+    Task(
+        "carry",
+        "Carry two cups at once.",
+        "hard, at least 15 cm x 12 cm, at most 3 cm high",
+        "not hard, or narrower than 10 cm",
+        _carry,
+    ),
     Task("wipe", "Take up spilled water.", "labelled `dry`, `absorb` or `clean`", "hard", _wipe),
     Task("pad", "Put something yielding under a fragile thing.", "not hard", "hard", _pad),
-    Task("dough", "Roll out dough.", "hard, the shorter two edges within 5 % (round about its axis), at least 9 cm "
-         "long and 1.1 times as long as wide", "not hard, or the shorter two edges differ by more than a third",
-         _dough),
-    Task("toy", "Roll something along the floor to a child.", "labelled `roll`",
-         "not hard, or the shorter two edges differ by more than a third", _toy),
-    Task("reach", "Push a coin out from under a cupboard, through a gap of 8 cm.",
-         "hard, at least 12 cm long, at most 8 cm wide", "not hard, at least 12 cm wide, or at most 10 cm long",
-         _reach),
+    Task(
+        "dough",
+        "Roll out dough.",
+        "hard, the shorter two edges within 5 % (round about its axis), at least 9 cm long and 1.1 times "
+        "as long "
+        "as wide",
+        UNROUND,
+        _dough,
+    ),
+    Task("toy", "Roll something along the floor to a child.", "labelled `roll`", UNROUND, _toy),
+    Task(
+        "reach",
+        "Push a coin out from under a cupboard, through a gap of 8 cm.",
+        "hard, at least 12 cm long, at most 8 cm wide",
+        "not hard, at least 12 cm wide, or at most 10 cm long",
+        _reach,
+    ),
     Task("hold_open", "Keep a door from falling shut.", "at least 300 g", "at most 150 g", _hold_open),
-    Task("raise", "Raise the end of a board by 4 cm or more.", "not soft, fills at least three quarters of its box, "
-         "no edge below 4 cm", "soft, an edge of at most 2.5 cm, or a ball", _raise),
-    Task("cover", "Cover a bowl of 15 cm against flies.", "at least 15 cm wide, at most 4 cm high",
-         "at most 10 cm wide", _cover),
-)  # fmt: skip
+    Task(
+        "raise",
+        "Raise the end of a board by 4 cm or more.",
+        "not soft, fills at least three quarters of its box, no edge below 4 cm",
+        "soft, an edge of at most 2.5 cm, or a ball",
+        _raise,
+    ),
+    Task(
+        "cover",
+        "Cover a bowl of 15 cm against flies.",
+        "at least 15 cm wide, at most 4 cm high",
+        "at most 10 cm wide",
+        _cover,
+    ),
+)
 """What is to be done, in the order of the document."""
 
 DRAWS: Final = 2
@@ -177,56 +213,64 @@ def draw(facts: Mapping[str, Facts], seed: int = 0) -> tuple[Scenario, ...]:
     return tuple(found)
 
 
-def derive(data: Path, scenarios: Path | None = None, document: Path | None = None) -> tuple[Scenario, ...]:
-    """Derive the benchmark from its sources and write it, with the document that shows how."""
-    facts = read_facts(data)
+def derive(data: Path) -> None:
+    """Derive the shipped benchmark from its sources again."""
+    write(read_facts(data), SHIPPED["benchmark"])
+
+
+def write(facts: Mapping[str, Facts], scenarios: Path) -> None:
+    """Write the scenarios that follow from the facts and, beside them, the document that shows how."""
     found = draw(facts)
-    target = scenarios or SHIPPED["benchmark"]
-    save_scenarios(found, target)
-    (document or target.with_suffix(".md")).write_text(describe(facts, found), encoding="utf-8")
-    return found
+    save_scenarios(found, scenarios)
+    scenarios.with_suffix(".md").write_text(describe(facts, found), encoding="utf-8")
+
+
+INTRODUCTION: Final = """\
+A category is fit or unfit for a task only if a fact below says so; otherwise it is not offered.
+
+Facts: edges, roundness (ratio of the shorter two edges), fullness (volume of the convex hull over that
+of the box) and cavity are medians over scanned objects (YCB, KIT ObjectModels, Google Scanned Objects,
+OCRTOC, Amazon Picking Challenge; one object a product; exact examples of a category before near ones).
+Masses are medians of weighed objects, or means of at least ten shop entries for what nobody weighed
+(Hullman et al. 2018). Hard: at least 70 % of the people asked call it rigid, soft: at most 30 % (Hullman
+et al. 2018), else NEWTON's label of softness. Labels: RoboCSK's affordances with trust of at least 1;
+those below were derived by machine. The inside of things scanned closed is unknown; binder, cap and
+keyboard were not scanned.
+
+The rules were written down before any method was run on them, and nothing was changed afterwards.
+
+Limits: no method is told the task, so a tool with several uses has scenarios that no single ranking can
+all get right (the report shows that ceiling); unfit objects are unfit by a wide margin, so nearness in
+raw numbers goes far; the facts are of a hundred objects, many of one brand; and a knowledge base
+grounded in the same scans shares their errors, though not these rules.
+"""
 
 
 def describe(facts: Mapping[str, Facts], scenarios: tuple[Scenario, ...]) -> str:
     """Return the document of the benchmark: facts, rules, verdicts."""
     judged = verdicts(facts)
+    tools = len({s.missing for s in scenarios})
+    counted = (
+        f"{len(scenarios)} scenarios, {tools} missing tools, {len(TASKS)} tasks, {OFFERED} objects each."
+    )
+    made = "Made by `ersatz.evaluation.benchmark.derive`; do not edit."
     lines = [
-        "# The shipped benchmark",
-        "",
-        f"{len(scenarios)} scenarios, {len({s.missing for s in scenarios})} missing tools, {len(TASKS)} tasks, "
-        f"{OFFERED} objects each. Made by `ersatz.evaluation.benchmark.derive`; do not edit.",
-        "",
-        "A category is fit or unfit for a task only if a fact below says so; otherwise it is not offered. "
-        "Facts: edges, roundness, fullness and cavity are medians over scanned objects (YCB, KIT ObjectModels, "
-        "Google Scanned Objects, OCRTOC, Amazon Picking; one object a product, exact examples of a category before "
-        "near ones), masses are medians of weighed objects, or means of at least ten shop entries (Hullman et al. "
-        "2018) for what nobody weighed; hard: at least 70 % of the people asked call it rigid (Hullman et al. 2018; "
-        "soft: at most 30 %), else NEWTON's label of softness; labels: RoboCSK's affordances with trust of at least 1 "
-        "(labels below were derived by machine). The interior of things scanned closed is unknown; binder, cap and "
-        "keyboard were not scanned. Nothing here was chosen by looking at answers of ERSATZ or a rival.",
-        "",
-        "Limits: no method is told the task, so a tool with several uses has scenarios no single ranking can all "
-        "get right (the report shows that ceiling); the facts are of a hundred objects, many of a brand; and a "
-        "knowledge base grounded in the same scans shares their errors, though not their rules.",
-        "",
-        "## Facts",
-        "",
+        f"# The shipped benchmark\n\n{counted} {made}\n\n{INTRODUCTION}",
+        "## Facts\n",
         "| category | edges, cm | round | full | cavity, l | mass, kg | hard | labels |",
         "|---|---|---|---|---|---|---|---|",
         *(_fact_row(name, one) for name, one in facts.items()),
-        "",
-        "## Tasks",
-        "",
+        "\n## Tasks\n",
         "| task | what is to be done | fit | unfit | fit categories | unfit categories |",
         "|---|---|---|---|---|---|",
-        *(
-            f"| {task.name} | {task.text} | {task.fit} | {task.unfit} | "
-            f"{', '.join(n for n, v in judged[task.name].items() if v)} | "
-            f"{', '.join(n for n, v in judged[task.name].items() if v is False)} |"
-            for task in TASKS
-        ),
+        *(_task_row(task, judged[task.name]) for task in TASKS),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _task_row(task: Task, judged: Mapping[str, Verdict]) -> str:
+    fit, unfit = (", ".join(n for n, v in judged.items() if v is wanted) for wanted in (True, False))
+    return f"| {task.name} | {task.text} | {task.fit} | {task.unfit} | {fit} | {unfit} |"
 
 
 def _fact_row(name: str, f: Facts) -> str:

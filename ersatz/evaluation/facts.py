@@ -120,13 +120,14 @@ def _facts(
     soft = {label.split("=")[1][0] for label in evidence["newton_Softness"].split(";") if label}
     stated = ast.literal_eval(labels.get(name, "{}"))
     clouds = {one["id"]: read_points(folder / one["file"]) for one in products}
-    cavities = [_cavity(clouds[one["id"]]) for one in products if one["id"] not in SOLID]
+    hollow = [one["id"] for one in products if one["id"] not in SOLID and name not in CLOSED]
+    cavities = [_cavity(clouds[identifier]) for identifier in hollow]
     extents = tuple(median(box[at] for box in boxes) for at in range(3)) if boxes else None
     return Facts(
         None if extents is None else (extents[0], extents[1], extents[2]),
         median(box[2] / box[1] for box in boxes) if boxes else None,
         median(map(_fullness, clouds.values(), boxes)) if boxes else None,
-        None if name in CLOSED or not cavities else median(cavities),
+        median(cavities) if cavities else None,
         median(weighed) if weighed else weights,
         rigid,
         int(soft.pop()) if len(soft) == 1 else None,

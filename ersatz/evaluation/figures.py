@@ -1,7 +1,7 @@
 """Figures of the experiment: PNG and SVG, in colours that colour-blind people and printers keep apart.
 
-Sequential values use viridis, in which nothing is grey; categories use the palette of Okabe and Ito. matplotlib is imported when a
-figure is drawn.
+Sequential values use viridis, in which nothing is grey; categories use the palette of Okabe and Ito.
+matplotlib is imported when a figure is drawn.
 """
 
 from collections.abc import Callable, Sequence
@@ -255,17 +255,19 @@ FIGURES: Final[dict[str, Callable[[Results, Any], bool]]] = {
 """In the order of the report."""
 
 CAPTIONS: Final = {
-    "heat_maps": "Which objects are chosen for which missing tool, by the experts (or by the stated answers) and "
-    "by ERSATZ's similarity; means over the scenarios of a tool. Grey: never offered together. Dots: a choice of "
-    "the experts that ERSATZ accepts. A dark row on the right: undetermined, or nothing similar.",
-    "methods": "Agreement of every method with 95 % intervals (tools drawn again). Dashed: chance (grey) and what "
-    "one ranking a tool can reach at best (green); dotted: ERSATZ. Hollow: the method only ranks, its threshold was "
-    "chosen on other tools.",
+    "heat_maps": "Which objects are chosen for which missing tool, by the experts (or by the stated answers) "
+    "and by ERSATZ's similarity; means over the scenarios of a tool. Grey: never offered together. Dots: a "
+    "choice of the experts that ERSATZ accepts. Crosses: ERSATZ gives no answer.",
+    "methods": "Agreement of every method with 95 % intervals (tools drawn again). Dashed: chance (grey) and "
+    "what one ranking a tool can reach at best (green); dotted: ERSATZ. Hollow: the method only ranks, its "
+    "threshold was chosen on other tools.",
     "calibration": "How often an object is chosen, or right, by its similarity (Wilson intervals).",
-    "thresholds": "Agreement over the two thresholds of the paper; its own pair is framed. Not used for choosing.",
-    "sweeps": "One choice changed at a time; bands are 95 % intervals, the dashed line the share of scenarios with "
-    "an answer.",
-    "stability": "The objects of every class drawn again with replacement, the knowledge base grounded again.",
+    "thresholds": "Agreement over the two thresholds of the paper; its own pair is framed. Nothing was "
+    "chosen from it.",
+    "sweeps": "One choice changed at a time; bands and bars are 95 % intervals, grey is the share of "
+    "scenarios with an answer.",
+    "stability": "The objects of every class drawn again with replacement, and the knowledge base grounded "
+    "again.",
 }
 
 

@@ -16,7 +16,8 @@ SIDE: Final = 220
 
 
 def find_scans(folder: Path, classes: Sequence[str]) -> dict[str, Path]:
-    """Return for each class the first mesh (.ply), else cloud (.npz), in the folder of its name, where there is one."""
+    """Return for each class the first mesh (.ply), else cloud (.npz), in the folder of its name, where "
+    "there is one."""
     found = {}
     for name in classes:
         inside = folder / local_name(snake_iri(name))

@@ -31,18 +31,33 @@ def write(results: Results, out: Path) -> list[Path]:
     MissingDependencyError
         If matplotlib is not installed.
     """
+    tables = write_tables(results, out)
+    drawn = draw_all(results, out)
+    (out / "report.html").write_text(html_report(results, out, drawn), encoding="utf-8")
+    pictures = [out / f"{one}.{kind}" for one in drawn for kind in ("png", "svg")]
+    return [out / "report.html", *tables, *pictures]
+
+
+def write_tables(results: Results, out: Path) -> list[Path]:
+    """Write what is not a picture; the same input gives the same bytes.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made.
+    """
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot write to {str(out)!r}: {error}") from None
-    text = json.dumps(results.to_json(), indent=1, ensure_ascii=False) + "\n"
-    (out / "results.json").write_text(text, encoding="utf-8")
-    (out / "sweeps.csv").write_text(_csv(tidy(results.cells)), encoding="utf-8")
-    (out / "table.md").write_text(markdown_table(results), encoding="utf-8")
-    drawn = draw_all(results, out)
-    (out / "report.html").write_text(html_report(results, out, drawn), encoding="utf-8")
-    names = ["report.html", "results.json", "sweeps.csv", "table.md"]
-    return [out / name for name in (*names, *(f"{one}.{kind}" for one in drawn for kind in ("png", "svg")))]
+    texts = {
+        "results.json": json.dumps(results.to_json(), indent=1, ensure_ascii=False) + "\n",
+        "sweeps.csv": _csv(tidy(results.cells)),
+        "table.md": markdown_table(results),
+    }
+    for name, text in texts.items():
+        (out / name).write_text(text, encoding="utf-8")
+    return [out / name for name in texts]
 
 
 def markdown_table(results: Results) -> str:
@@ -70,13 +85,16 @@ def html_report(results: Results, folder: Path, drawn: Sequence[str]) -> str:
     )
     body = [
         "<h1>What stands in? The experiment</h1>",
-        f"<p>{len(results.scenarios)} scenarios of {tools} missing tools, on <code>{escape(results.location)}</code>, "
+        f"<p>{len(results.scenarios)} scenarios of {tools} missing tools, on "
+        f"<code>{escape(results.location)}</code>, "
         f"revision <code>{results.revision[:12]}</code>.{unjudged}</p>",
         _verdict(results),
         "<h2>Methods</h2>",
         _methods_table(results),
-        "<p class=note>Means over scenarios with 95 % bootstrap intervals (missing tools drawn again). A tie counts as "
-        "the mean of its orders; no answer counts 0. p: sign-flip permutation test over tools, Holm's correction over "
+        "<p class=note>Means over scenarios with 95 % bootstrap intervals (missing tools drawn again). A "
+        "tie counts as "
+        "the mean of its orders; no answer counts 0. p: sign-flip permutation test over tools, Holm's "
+        "correction over "
         "methods. * a threshold chosen on the scenarios of the other tools.</p>",
         _readings(results),
         _ceilings(results),
@@ -96,10 +114,11 @@ def html_report(results: Results, folder: Path, drawn: Sequence[str]) -> str:
 
 CSS = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#1b1b1b}
-table{border-collapse:collapse;margin:1em 0;font-size:14px}td,th{padding:.25em .7em;border-bottom:1px solid #ddd;
-text-align:left;vertical-align:top}td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
-tr.first{font-weight:bold;background:#eef5fb}img{max-width:100%}figure{margin:2em 0}figcaption,.note{color:#555;
-font-size:14px}small{color:#666}dt{font-family:monospace}.scroll{overflow-x:auto}
+table{border-collapse:collapse;margin:1em 0;font-size:14px}
+td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
+td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+tr.first{font-weight:bold;background:#eef5fb}img{max-width:100%}figure{margin:2em 0}
+figcaption,.note{color:#555;font-size:14px}small{color:#666}dt{font-family:monospace}.scroll{overflow-x:auto}
 """.strip()
 
 
@@ -126,7 +145,8 @@ def _methods_table(results: Results) -> str:
     wanted = ("top1", "mass", "rr", "ndcg", "precision", "recall", "f1", "tau")
     shown = [m for m in wanted if any(s.metrics[m].mean is not None for s in results.standings)]
     rows = [
-        f"<tr><th>method</th>{''.join(f'<th>{m}</th>' for m in shown)}<th>p (top1)</th><th>corrected</th></tr>"
+        f"<tr><th>method</th>{''.join(f'<th>{m}</th>' for m in shown)}<th>p "
+        f"(top1)</th><th>corrected</th></tr>"
     ]
     for one in results.standings:
         cells = "".join(
@@ -136,7 +156,8 @@ def _methods_table(results: Results) -> str:
         star = "" if one.decides else " *"
         first = " class=first" if one is results.first else ""
         rows.append(
-            f"<tr{first}><td>{escape(one.label)}{star}</td>{cells}<td class=n>{p[0]}</td><td class=n>{p[1]}</td></tr>"
+            f"<tr{first}><td>{escape(one.label)}{star}</td>{cells}<td class=n>{p[0]}</td><td "
+            f"class=n>{p[1]}</td></tr>"
         )
     out = "".join(f"<li>{escape(n)}: {escape(reason)}</li>" for n, reason in sorted(results.left_out.items()))
     left_out = f"<p class=note>Left out:</p><ul class=note>{out}</ul>" if out else ""
@@ -152,8 +173,10 @@ def _readings(results: Results) -> str:
         for m, text in texts.items()
     )
     return (
-        "<h2>“The same substitute”, under each reading</h2><table><tr><th>reading</th><th>ERSATZ</th><th>chance</th>"
-        f"</tr>{rows}</table><p class=note>Chance: a random order, and as many objects accepted at random. The paper "
+        "<h2>“The same substitute”, under each "
+        "reading</h2><table><tr><th>reading</th><th>ERSATZ</th><th>chance</th>"
+        f"</tr>{rows}</table><p class=note>Chance: a random order, and as many objects accepted at "
+        f"random. The paper "
         "reports 20 of 22 without saying which reading it is; its queries and votes are not published.</p>"
     )
 
@@ -180,7 +203,8 @@ def _ceilings(results: Results) -> str:
 def _figure(folder: Path, name: str) -> str:
     data = b64encode((folder / f"{name}.png").read_bytes()).decode("ascii")
     caption = escape(CAPTIONS[name])
-    return f"<figure><img alt='{caption}' src='data:image/png;base64,{data}'><figcaption>{caption}</figcaption></figure>"
+    image = f"<img alt='{caption}' src='data:image/png;base64,{data}'>"
+    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 
 def _misses(results: Results) -> str:
@@ -191,7 +215,8 @@ def _misses(results: Results) -> str:
         if counted[cause]
     )
     return (
-        f"<h2>What ERSATZ gets wrong: {len(results.misses)} of {len(results.scenarios)}, and what would mend it</h2>"
+        f"<h2>What ERSATZ gets wrong: {len(results.misses)} of {len(results.scenarios)}, and what would "
+        f"mend it</h2>"
         f"<table>{summary}</table>" + "".join(_miss(miss) for miss in results.misses)
     )
 
@@ -213,7 +238,8 @@ def _miss(miss: Miss) -> str:
     inner = "".join(f"<tr><th>{name}</th><td>{escape(text)}</td></tr>" for name, text in rows if text)
     task = f" {s.task}" if s.task else ""
     return (
-        f"<details><summary><b>{escape(s.missing)}</b>.{escape(task)} <small>{escape(s.id)}: {miss.cause}</small>"
+        f"<details><summary><b>{escape(s.missing)}</b>.{escape(task)} <small>{escape(s.id)}: "
+        f"{miss.cause}</small>"
         f"</summary><table>{inner}</table></details>"
     )
 

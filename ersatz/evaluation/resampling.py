@@ -14,7 +14,8 @@ from ersatz.knowledge.updates import read_qualities
 from ersatz.measurements import Block, Origin, Property, Source
 
 Grounder: TypeAlias = Callable[[Sequence[Block], int, int], KnowledgeBase]
-"""Grounds blocks of measurements with so many qualities a property and a seed: the caller has the pipeline."""
+"""Grounds blocks of measurements with so many qualities a property and a seed: the caller has the "
+"pipeline."""
 
 
 @dataclass(frozen=True, slots=True)

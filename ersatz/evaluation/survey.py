@@ -112,7 +112,8 @@ class VoteFile:
             if raw[:8] != b"scenario"[: len(raw)]:
                 raise InputError(f"{self.path.name} is not a file of votes: its header is {','.join(HEADER)}")
             warnings.warn(
-                f"{self.path.name} ended in half a line, a vote never acknowledged: {len(raw) - len(whole)} bytes "
+                f"{self.path.name} ended in half a line, a vote never acknowledged: "
+                f"{len(raw) - len(whole)} bytes "
                 "dropped",
                 ErsatzWarning,
                 stacklevel=3,

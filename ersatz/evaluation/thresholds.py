@@ -58,7 +58,8 @@ def accept_by_score(scenarios: Sequence[Scenario], answers: Sequence[Answer]) ->
 def nested_settings(
     scenarios: Sequence[Scenario], grid: Mapping[T, Sequence[Answer]]
 ) -> tuple[list[Answer], list[T]]:
-    """Return the answers of the settings that do best on all other tools (top-1 and F1), and which they are."""
+    """Return the answers of the settings that do best on all other tools (top-1 and F1), and which they "
+    "are."""
     settings = list(grid)
     values = np.array([[_worth(s, a) for s, a in zip(scenarios, grid[one], strict=True)] for one in settings])
     chosen = nested_choice(values, [scenario.missing for scenario in scenarios])

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 STYLE = """
 body{font:17px/1.5 system-ui,sans-serif;max-width:60em;margin:3em auto;padding:0 1em;color:#1b1b1b}
-.options{display:flex;flex-wrap:wrap;gap:1em;margin:1.5em 0}label{border:2px solid #ccc;border-radius:8px;
-padding:.8em;width:10em;text-align:center;cursor:pointer}label:has(:checked){border-color:#0072B2;background:#eef5fb}
-label img{display:block;width:100%}button{font:inherit;padding:.5em 1.5em;background:#0072B2;color:white;border:0;
-border-radius:8px;cursor:pointer}progress{width:100%}.error{color:#B00020}input[type=text]{font:inherit;width:8em}
+.options{display:flex;flex-wrap:wrap;gap:1em;margin:1.5em 0}
+label{border:2px solid #ccc;border-radius:8px;padding:.8em;width:10em;text-align:center;cursor:pointer}
+label:has(:checked){border-color:#0072B2;background:#eef5fb}label img{display:block;width:100%}
+button{font:inherit;padding:.5em 1.5em;background:#0072B2;color:white;border:0;cursor:pointer}
+button{border-radius:8px}progress{width:100%}.error{color:#B00020}input[type=text]{font:inherit;width:8em}
 """.strip()
 
 
@@ -107,8 +108,8 @@ def _question(survey: Survey, expert: str, known: Mapping[str, Path], complaint:
     except ErsatzError as error:
         return HTMLResponse(_page("That did not work", f"<p class=error>{escape(str(error))}</p>"), 400)
     if question is None:
-        text = "<p id=done>All questions are answered, and every answer is saved.</p><p><a href='/'>Next expert</a></p>"
-        return HTMLResponse(_page("Thank you", text))
+        text = "<p id=done>All questions are answered, and every answer is saved.</p>"
+        return HTMLResponse(_page("Thank you", f"{text}<p><a href='/'>Next expert</a></p>"))
     return HTMLResponse(_page(question.scenario.missing, _form_of(question, expert, known, complaint)))
 
 
@@ -119,9 +120,11 @@ def _form_of(question: Question, expert: str, known: Mapping[str, Path], complai
     task = f" {escape(s.task)}" if s.task else ""
     return (
         f"<progress max={question.total} value={question.number - 1}></progress>"
-        f"<p>Question {question.number} of {question.total}. Your id is <code id=expert>{escape(expert)}</code>: "
+        f"<p>Question {question.number} of {question.total}. Your id is <code "
+        f"id=expert>{escape(expert)}</code>: "
         "with it you can stop and go on later.</p>"
-        f"<p><b>You need a {escape(s.missing)}, but it is not here.</b>{task} Which of these would you take instead?</p>"
+        f"<p><b>You need a {escape(s.missing)}, but it is not here.</b>{task} Which of these would you "
+        f"take instead?</p>"
         f"{_image(s.missing, known, 160)}{warning}<form method=post action='/e/{quote(expert)}'>"
         f"<input type=hidden name=scenario value='{escape(s.id)}'><div class=options>{options}"
         f"<label><input type=radio name=choice value='{NONE}'> none of these</label></div>"
@@ -144,7 +147,8 @@ def _image(name: str, known: Mapping[str, Path], width: int) -> str:
 
 def _welcome(count: int) -> str:
     return (
-        f"<p>A robot misses a tool. {count} times we name the tool and a few objects that are at hand: choose the one "
+        f"<p>A robot misses a tool. {count} times we name the tool and a few objects that are at hand: "
+        f"choose the one "
         "you would take instead, or none. There is no right or wrong; nothing but your choices is kept.</p>"
         "<form method=post action='/begin'><button>Begin</button> or go on with your id "
         "<input type=text name=expert pattern='[a-z0-9]{1,32}'></form>"
@@ -154,7 +158,8 @@ def _welcome(count: int) -> str:
 def _page(title: str, body: str) -> str:
     return (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
-        f"<meta name=viewport content='width=device-width'><style>{STYLE}</style><h1>{escape(title)}</h1>{body}</html>"
+        f"<meta name=viewport "
+        f"content='width=device-width'><style>{STYLE}</style><h1>{escape(title)}</h1>{body}</html>"
     )
 
 

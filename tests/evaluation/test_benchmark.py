@@ -7,7 +7,7 @@ import pytest
 
 from ersatz.errors import InputError
 from ersatz.evaluation import facts
-from ersatz.evaluation.benchmark import TASKS, derive, draw, verdicts
+from ersatz.evaluation.benchmark import TASKS, draw, verdicts, write
 from ersatz.evaluation.facts import Facts, read_facts
 from ersatz.evaluation.rivals.wordnet import SENSES
 from ersatz.evaluation.scenarios import SHIPPED, load_scenarios
@@ -15,9 +15,13 @@ from ersatz.evaluation.scenarios import SHIPPED, load_scenarios
 NOTHING = Facts(None, None, None, None, None, None, None, frozenset())
 
 
-def test_the_shipped_files_are_derived(shared_data: Path, tmp_path: Path) -> None:
-    pytest.importorskip("scipy")
-    derive(shared_data, tmp_path / "scenarios.csv")
+@pytest.fixture(scope="module")
+def sources(shared_data: Path) -> dict[str, Facts]:
+    return read_facts(shared_data)
+
+
+def test_the_shipped_files_are_derived(sources: dict[str, Facts], tmp_path: Path) -> None:
+    write(sources, tmp_path / "scenarios.csv")
     for made in (tmp_path / "scenarios.csv", tmp_path / "scenarios.md"):
         assert made.read_bytes() == SHIPPED["benchmark"].with_name(made.name).read_bytes()
 
@@ -45,8 +49,9 @@ def test_rules_by_hand() -> None:
     towel = Facts((0.2, 0.16, 0.03), 0.2, 0.5, 0.0, 0.05, 0.1, 3, frozenset({"dry"}))
     said = verdicts({"can": can, "towel": towel})
     can_do = {task: v["can"] for task, v in said.items() if v["can"] is not None}
-    assert can_do == {"wipe": False, "pad": False, "dough": True, "toy": True, "hold_open": True, "raise": True,
-                      "carry": False, "cover": False}  # fmt: skip
+    fit = {task for task, verdict in can_do.items() if verdict}
+    assert fit == {"dough", "toy", "hold_open", "raise"}
+    assert set(can_do) - fit == {"wipe", "pad", "carry", "cover"}
     assert {task for task, v in said.items() if v["towel"]} == {"wipe", "pad", "cover"}
 
 
@@ -72,8 +77,8 @@ def test_cavity_of_a_cup_and_of_a_ball() -> None:
     assert facts._cavity(0.04 * sphere / np.linalg.norm(sphere, axis=1, keepdims=True)) < 0.01
 
 
-def test_facts_are_the_sources(shared_data: Path) -> None:
-    found = read_facts(shared_data)
+def test_facts_are_the_sources(sources: dict[str, Facts]) -> None:
+    found = sources
     assert set(found) == set(SENSES) - {"tray"}
     assert found["binder"].extents is None
     assert found["binder"].mass == 0.739

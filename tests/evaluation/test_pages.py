@@ -37,8 +37,8 @@ from ersatz.evaluation.survey import Survey, VoteFile
 from ersatz.service.survey_pages import create_survey_app, serve_survey
 scenarios, votes, scans, port = sys.argv[1:]
 with VoteFile(votes) as file:
-    app = create_survey_app(Survey(load_scenarios(scenarios), file), find_scans(Path(scans), ["plate", "sponge"]))
-    serve_survey(app, port=int(port))
+    pictures = find_scans(Path(scans), ["plate", "sponge"])
+    serve_survey(create_survey_app(Survey(load_scenarios(scenarios), file), pictures), port=int(port))
 """
 
 
@@ -48,6 +48,7 @@ class Server:
     def __init__(self, folder: Path, scenarios: tuple[Scenario, ...]) -> None:
         pytest.importorskip("fastapi")
         pytest.importorskip("uvicorn")
+        self.scenarios = scenarios
         save_scenarios(scenarios, folder / "scenarios.csv")
         (folder / "scans" / "plate").mkdir(parents=True)
         points = np.random.default_rng(0).uniform((-0.1, -0.1, 0), (0.1, 0.1, 0.01), (4000, 3))
@@ -192,11 +193,9 @@ def test_dry_run_in_chromium(browser: Any, server: Server, kb: KnowledgeBase, tm
         browser.get(f"{server.url}/e/screenshot")
         browser.save_screenshot(shown)
     server.kill()
-    bare = tuple(Scenario(*row) for row in (("q1", "tray", ("plate", "sponge")), ("q2", "plate", ("tray", "sponge")),
-                                            ("q3", "sponge", ("tray", "plate")), ("q4", "sponge", ("plate",))))  # fmt: skip
     with VoteFile(server.votes) as votes:
         assert len(votes.votes) == 12
-        judged = Survey(bare, votes).judged()
+        judged = Survey(server.scenarios, votes).judged()
     assert all(set(s.ballots) == set(experts) for s in judged)
     results = run(kb, judged, baselines=["chance"])
     assert results.alpha["choices"] is not None

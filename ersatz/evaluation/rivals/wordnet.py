@@ -105,7 +105,8 @@ class WordNet:
 
 @dataclass(frozen=True, slots=True)
 class WuPalmer:
-    """The word nearest in meaning: depth of the nearest common ancestor over the mean depth (Wu & Palmer 1994)."""
+    """The word nearest in meaning: depth of the nearest common ancestor over the mean depth (Wu & "
+    "Palmer 1994)."""
 
     wordnet: WordNet
 
@@ -162,7 +163,8 @@ def _checked(context: Context, name: str) -> WordNet:
     wordnet = WordNet(context.sources.get(name, FOLDER))
     if not (wordnet.folder / "data.noun").is_file():
         raise MissingDependencyError(
-            f"no WordNet at {str(wordnet.folder)!r}: install Debian's wordnet-base, or give the folder of data.noun"
+            f"no WordNet at {str(wordnet.folder)!r}: install Debian's wordnet-base, or give the folder of "
+            f"data.noun"
         )
     for word in {name for s in context.scenarios for name in (s.missing, *s.available)}:
         wordnet.synset(word)
