@@ -20,11 +20,11 @@ from ersatz.knowledge.queries import (
     stored_query,
     value_of,
 )
+from ersatz.knowledge.remote import RemoteStore
 from ersatz.knowledge.stores import (
     FORMATS,
     DirectoryStore,
     MemoryStore,
-    RemoteStore,
     Results,
     Store,
     format_of,
@@ -196,7 +196,8 @@ class KnowledgeBase:
 
     def triples(self) -> Iterable[ox.Triple]:
         """Yield all triples."""
-        return self.construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
+        rows: Any = self._store.query("SELECT ?s ?p ?o WHERE { ?s ?p ?o }")  # whose completeness is checked
+        return (ox.Triple(row[0], row[1], row[2]) for row in rows)
 
     def view(self, load: Callable[["KnowledgeBase"], T]) -> T:
         """Return what `load` makes of this knowledge base; made once, and again after a change."""

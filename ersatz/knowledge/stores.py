@@ -1,4 +1,4 @@
-"""Stores: one file in memory, a directory on disk, or a remote SPARQL 1.1 endpoint, behind one door.
+"""Stores: one file in memory or a directory on disk, behind one door; `remote` has the third.
 
 A store answers queries and applies a change as a whole or not at all. All of them speak pyoxigraph's
 terms. Nothing here knows what the triples mean.
@@ -14,9 +14,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, Final, Protocol, TypeAlias
-from urllib.error import HTTPError, URLError
-from urllib.parse import parse_qs, urlencode, urlsplit
-from urllib.request import Request, urlopen
 
 import pyoxigraph as ox
 
@@ -87,7 +84,9 @@ class MemoryStore:
         except FileNotFoundError:
             raise KnowledgeBaseError(f"there is no file {str(path)!r}: check the path") from None
         except (SyntaxError, ValueError, EOFError, zlib.error, gzip.BadGzipFile) as error:
-            raise KnowledgeBaseError(f"{str(path)!r} is not valid {format_.name}: {_line(error)}") from None
+            raise KnowledgeBaseError(
+                f"{str(path)!r} is not valid {format_.name}: {one_line(error)}"
+            ) from None
         except OSError as error:
             raise KnowledgeBaseError(f"cannot read {str(path)!r}: {error.strerror or error}") from None
         return cls(engine, str(path))
@@ -102,7 +101,7 @@ class MemoryStore:
             raise KnowledgeBaseError(
                 f"{self.location!r} does not state its revision as ERSATZ writes it: build it again"
             )
-        self.engine.update(_change(remove, add, guard))
+        self.engine.update(change_text(remove, add, guard))
 
     def close(self) -> None:
         """Nothing is held."""
@@ -151,7 +150,7 @@ class DirectoryStore:
         except OSError as error:
             if isinstance(error, KnowledgeBaseError):
                 raise
-            raise KnowledgeBaseError(f"cannot write {str(path)!r}: {_line(error)}") from None
+            raise KnowledgeBaseError(f"cannot write {str(path)!r}: {one_line(error)}") from None
         finally:
             shutil.rmtree(fresh, ignore_errors=True)
 
@@ -175,10 +174,10 @@ class DirectoryStore:
             raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
         try:
             (self.path / "unpublished").touch()
-            writer.update(_change(remove, add, guard))
+            writer.update(change_text(remove, add, guard))
             _publish(writer, self.path)
         except OSError as error:
-            raise KnowledgeBaseError(f"cannot write to {self.location!r}: {_line(error)}") from None
+            raise KnowledgeBaseError(f"cannot write to {self.location!r}: {one_line(error)}") from None
 
     def close(self) -> None:
         """Release the writer's lock and the reader's snapshot."""
@@ -204,65 +203,9 @@ class DirectoryStore:
             except (OSError, ValueError, RuntimeError) as error:
                 self.close()
                 raise KnowledgeBaseError(
-                    f"{self.location!r} is damaged: {_line(error)}; build it again"
+                    f"{self.location!r} is damaged: {one_line(error)}; build it again"
                 ) from None
         raise KnowledgeBaseError(f"{self.location!r} holds no complete knowledge base: build it again")
-
-
-class RemoteStore:
-    """A SPARQL 1.1 Protocol endpoint.
-
-    The URL's own query string is kept with every request; its `default-graph-uri`, if any, is also the
-    graph that changes go to. Changes go to `update`; without it to the query endpoint's sibling
-    `update`, as Oxigraph and Fuseki have it, where the path ends in `query` or `sparql`.
-    """
-
-    def __init__(self, url: str, update: str | None = None, timeout: float = 60.0) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise InputError(f"{url!r} is not the URL of a SPARQL endpoint: give http://host/path")
-        self.location = url
-        self._timeout = timeout
-        self._graph = parse_qs(parts.query).get("default-graph-uri", [None])[0]
-        head, _, last = parts.path.rpartition("/")
-        sibling = f"{head}/update" if last in ("query", "sparql") else parts.path
-        self._update = update or parts._replace(path=sibling, query="").geturl()
-
-    def query(self, text: str) -> Results:
-        """Answer a SPARQL 1.1 query; solutions travel as JSON, graphs as N-Triples."""
-        accept = "application/sparql-results+json, application/n-triples;q=0.9, text/turtle;q=0.8"
-        body, kind = self._post(self.location, {"query": text}, accept)
-        try:
-            if "json" in kind:
-                return ox.parse_query_results(body, format=ox.QueryResultsFormat.JSON)
-            format_ = ox.RdfFormat.TURTLE if "turtle" in kind else ox.RdfFormat.N_TRIPLES
-            triples = ox.Store()
-            triples.load(body, format=format_)
-            return triples.query("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
-        except (SyntaxError, ValueError) as error:
-            raise KnowledgeBaseError(f"{self.location!r} did not answer in SPARQL: {_line(error)}") from None
-
-    def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
-        """Send one update request; raise if someone else's came first."""
-        add = list(add)
-        self._post(self._update, {"update": _change(remove, add, guard, self._graph)}, "*/*")
-        if add and not self.query(f"ASK {{ {add[-1]} }}"):
-            raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
-
-    def close(self) -> None:
-        """Nothing is held."""
-
-    def _post(self, url: str, form: dict[str, str], accept: str) -> tuple[bytes, str]:
-        headers = {"Accept": accept, "Content-Type": "application/x-www-form-urlencoded; charset=utf-8"}
-        try:
-            request = Request(url, urlencode(form).encode(), headers)
-            with urlopen(request, timeout=self._timeout) as answer:
-                return answer.read(), answer.headers.get_content_type()
-        except HTTPError as error:
-            reason = _line(error.read(400).decode(errors="replace"))
-            raise KnowledgeBaseError(f"{url!r} answered {error.code} {error.reason}: {reason}") from None
-        except (URLError, OSError) as error:
-            raise KnowledgeBaseError(f"cannot reach {url!r}: {_line(error)}") from None
 
 
 def is_directory_store(path: Path) -> bool:
@@ -270,7 +213,7 @@ def is_directory_store(path: Path) -> bool:
     return (path / "store").is_dir() and (path / "current").is_file()
 
 
-def _change(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | None = None) -> str:
+def change_text(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | None = None) -> str:
     """Return one SPARQL update that does everything, or nothing if the guard does not hold."""
     opening, closing = (f"GRAPH <{graph}> {{", "}") if graph else ("", "")
     return (
@@ -286,7 +229,7 @@ def _open_writer(path: Path) -> ox.Store:
     except (OSError, RuntimeError) as error:
         if "lock" in str(error).lower():
             raise LockedError(f"{str(path)!r} is being written by another process: try again later") from None
-        raise KnowledgeBaseError(f"cannot write to {str(path)!r}: {_line(error)}") from None
+        raise KnowledgeBaseError(f"cannot write to {str(path)!r}: {one_line(error)}") from None
 
 
 def _publish(engine: ox.Store, path: Path) -> None:
@@ -354,7 +297,8 @@ def _retire(snapshot: Path) -> None:
             os.close(handle)
 
 
-def _line(error: object) -> str:
+def one_line(error: object) -> str:
+    """Return the beginning of a message as one line."""
     return " ".join(str(error).split())[:300]
 
 
