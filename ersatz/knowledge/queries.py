@@ -19,6 +19,7 @@ import pyoxigraph as ox
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.terms import decimal, finite, integer, iri, text
 from ersatz.knowledge.vocabulary import XSD
+from ersatz.measurements import DIGITS, LARGEST
 from ersatz.resources import SPARQL
 
 Value: TypeAlias = str | int | Decimal | bool | None
@@ -270,14 +271,19 @@ def _term(name: str, kind: str, value: Argument, resolve: Resolver) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         raise InputError(f"parameter {name!r} takes one number, not {value!r}")
     number = exact(value, f"parameter {name!r}:")
-    if kind == "integer":
-        if number.denominator != 1:
-            raise InputError(f"parameter {name!r} takes a whole number, not {value!r}")
-        return integer(number.numerator)
+    if kind == "integer" and number.denominator != 1:
+        raise InputError(f"parameter {name!r} takes a whole number, not {value!r}")
     try:
-        return decimal(finite(number))
+        written = finite(number)
     except InputError as error:
         raise InputError(f"parameter {name!r}: {error}") from None
+    # Engines compute in so many digits, and drop a row without a word where a product overflows.
+    if abs(number) >= LARGEST or (number * 10**DIGITS).denominator != 1:
+        raise InputError(
+            f"parameter {name!r} takes a number below {LARGEST:g} with at most {DIGITS} digits after the "
+            f"point, not {value!r}: round it"
+        )
+    return integer(number.numerator) if kind == "integer" else decimal(written)
 
 
 def _strings(name: str, value: object) -> list[str]:
