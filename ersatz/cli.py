@@ -490,7 +490,9 @@ def export(
 
     kb = _open(location)
     ending = "" if to is None else f".{_SUFFIX.get(to, to)}"
-    named = out if format_of(out) is not None or out.name.endswith(ending) else out.with_name(out.name + ending)
+    named = (
+        out if format_of(out) is not None or out.name.endswith(ending) else out.with_name(out.name + ending)
+    )
     if to is ExportForm.KNOWROB:
         write(exports.knowrob(kb.triples()), named)
         sys.stdout.write(exports.knowrob_settings(str(named)))
