@@ -5,6 +5,7 @@ import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,14 +16,18 @@ from ersatz.service.frames import Job
 from ersatz.service.inspection import RefusedError
 from ersatz.service.settings import ServiceSettings
 from ersatz.service.workers import Pool
-from tests.conftest import ROOT
 
-SMALL = ROOT / "ontology" / "examples" / "two_classes.ttl"
+_HOME: list[Path] = []
+
+
+@pytest.fixture(autouse=True)
+def home(small: Path) -> None:
+    _HOME[:] = [small]
 
 
 @asynccontextmanager
 async def pool(**settings: Any) -> AsyncIterator[Pool]:
-    made = Pool(KnowledgeBase.open(SMALL), ServiceSettings(**settings))
+    made = Pool(KnowledgeBase.open(_HOME[0]), ServiceSettings(**settings))
     await made.start()
     try:
         yield made
@@ -122,6 +127,7 @@ def test_no_answer_reaches_another_client() -> None:
 def test_too_many_waiting_are_sent_away() -> None:
     async def test() -> None:
         async with pool(workers=1, waiting=2, seconds=1) as own:
+            await answer(own, "ASK {}")
             slow = "SELECT (COUNT(*) AS ?n) { ?a ?b ?c . ?d ?e ?f . ?g ?h ?i }"
             found = await asyncio.gather(*(answer(own, slow) for _ in range(6)), return_exceptions=True)
             messages = [str(one) for one in found]

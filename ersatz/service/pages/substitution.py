@@ -97,7 +97,7 @@ async def _page(service: Service, view: View) -> None:
     names = [name for _, name, _ in seen.classes]
     with frame(service, "Substitution", "/substitution"):
         heading("Substitution", "Name the missing tool and what is on the table.")
-        with ui.element("div").classes("split").style("grid-template-columns: 320px minmax(0, 1fr)"):
+        with ui.element("div").classes("split wide"):
             controls = ui.element("section").classes("card")
             results = ui.element("div").props('aria-live="polite"')
 
