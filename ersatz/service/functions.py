@@ -53,9 +53,11 @@ class QualitySets:
         """Return (q,): the qualities of a class, a functional quality or an instance; None if unknown."""
         classes, functions = self._at(theta)
         if iri in self._known.row_of_class:
-            return classes[self._known.row_of_class[iri]]
+            of_class: NDArray[np.bool_] = classes[self._known.row_of_class[iri]]
+            return of_class
         if iri in self._functions:
-            return functions[self._functions[iri]]
+            of_function: NDArray[np.bool_] = functions[self._functions[iri]]
+            return of_function
         if iri not in self._held:
             self._held[iri] = self._of_instance(iri)
         return self._held[iri]

@@ -13,7 +13,7 @@ from ersatz.knowledge.queries import Query, query_names, stored_query
 from ersatz.knowledge.vocabulary import KB
 from ersatz.service.inspection import Dataset, RefusedError, inspect_query
 from ersatz.service.negotiation import GRAPHS, TABLES
-from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, shown, table
+from ersatz.service.pages.frame import PATIENCE, card, copy, frame, heading, notice, shown, table
 from ersatz.service.pages.properties import COLOURS
 from ersatz.service.service import Service
 
@@ -164,9 +164,8 @@ class _Page:
                     if len(rows) > MOST:
                         ui.label(f"{len(rows) - MOST} more rows: download them all.").classes("faint")
                     text_ = "\n".join("\t".join("" if v is None else v for v in row) for row in [names, *rows])
-                    ui.button("Copy the table", icon="content_copy").props("flat dense color=grey").on_click(
-                        lambda: (ui.clipboard.write(text_), ui.notify("Copied"))
-                    )
+                    button = ui.button("Copy the table", icon="content_copy").props("flat dense color=grey")
+                    button.on_click(lambda: copy(text_))
                 with ui.tab_panel(chart):
                     _chart(names, rows)
                 with ui.tab_panel(graph):

@@ -157,7 +157,13 @@ def copy_button(words: str, label: str) -> None:
     """A button that copies text to the clipboard."""
     button = ui.button(icon="content_copy").props(f'flat dense round size=sm color=grey aria-label="{label}"')
     button.tooltip(label)
-    button.on("click", lambda: (ui.clipboard.write(words), ui.notify("Copied")))
+    button.on("click", lambda: copy(words))
+
+
+def copy(words: str) -> None:
+    """Put text on the clipboard."""
+    ui.clipboard.write(words)
+    ui.notify("Copied")
 
 
 def page_of(kind: str, iri: str) -> str:

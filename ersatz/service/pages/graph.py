@@ -26,7 +26,7 @@ def add(service: Service) -> None:
     async def graph(node: str = "") -> None:
         with frame(service, "Graph", "/graph"):
             heading("Graph", "Click a node to open its neighbours; double click to go to its page.")
-            box = ui.input("Thing", value=node or "Tray").props("outlined dense").style("margin-bottom: 16px; max-width: 420px").on(
+            box: ui.input = ui.input("Thing", value=node or "Tray").props("outlined dense").style("margin-bottom: 16px; max-width: 420px").on(
                 "keydown.enter", lambda: ui.navigate.to(link_to("/graph", node=box.value))
             )
             picture = _Picture(service)
@@ -38,11 +38,11 @@ def add(service: Service) -> None:
                 notice(f"Nothing here is called {node!r}.", bad=True)
                 return
             with card():
-                chart = ui.echart(picture.options(), on_point_click=lambda e: _clicked(e, picture, chart, rows))
+                chart: ui.echart = ui.echart(picture.options(), on_point_click=lambda e: _clicked(e, picture, chart, rows))
                 chart.style("height: 600px").on(
                     "chart:dblclick", lambda e: ui.navigate.to(f"/thing/{local_name(str(e.args))}")
                 )
-            rows = ui.element("section").classes("card")
+            rows: ui.element = ui.element("section").classes("card")
             with rows:
                 _table(picture)
 
