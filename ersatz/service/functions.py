@@ -108,9 +108,7 @@ def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]
         if not isinstance(arguments[2], ox.Literal):
             return None
         theta = exact(arguments[2].value)
-    found = [
-        sets.of(one.value, theta) if isinstance(one, ox.NamedNode) else None for one in arguments[:2]
-    ]
+    found = [sets.of(one.value, theta) if isinstance(one, ox.NamedNode) else None for one in arguments[:2]]
     if found[0] is None or found[1] is None:
         return None
     numerators, denominators = compare(pack(found[0]), pack(found[1][None]), form)

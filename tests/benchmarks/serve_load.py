@@ -34,7 +34,8 @@ class Result:
         ordered = sorted(self.seconds)
         median, most = (1000 * ordered[int(len(ordered) * share)] for share in (0.5, 0.99))
         rate = len(ordered) / self.took
-        return f"{name:10} {rate:8.0f} answers/s   median {median:6.1f} ms   p99 {most:6.1f} ms   errors {self.errors}"
+        spread = f"median {median:6.1f} ms   p99 {most:6.1f} ms"
+        return f"{name:10} {rate:8.0f} answers/s   {spread}   errors {self.errors}"
 
 
 def questions(kb: KnowledgeBase) -> list[str]:
@@ -48,7 +49,8 @@ def questions(kb: KnowledgeBase) -> list[str]:
         for name in kb.known_names("quality")[:8]
     ]
     texts += [
-        f"CONSTRUCT {{ <{row['class']}> ?p ?o }} WHERE {{ <{row['class']}> ?p ?o }}" for row in kb.ask("classes")[:10]
+        f"CONSTRUCT {{ <{row['class']}> ?p ?o }} WHERE {{ <{row['class']}> ?p ?o }}"
+        for row in kb.ask("classes")[:10]
     ]
     texts.append("SELECT ?t (COUNT(*) AS ?n) { ?s a ?t } GROUP BY ?t ORDER BY DESC(?n)")
     return texts
@@ -102,7 +104,9 @@ def bare(kb: KnowledgeBase, folder: Path) -> tuple[subprocess.Popen[bytes], int]
     (folder / "kb.nt").write_text("".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in kb.triples()))
     command = [str(Path(sys.executable).with_name("oxigraph"))]
     store = ["--location", str(folder / "store")]
-    subprocess.run([*command, "load", *store, "--file", str(folder / "kb.nt")], check=True, capture_output=True)
+    subprocess.run(
+        [*command, "load", *store, "--file", str(folder / "kb.nt")], check=True, capture_output=True
+    )
     process = subprocess.Popen(
         [*command, "serve-read-only", *store, "--bind", f"127.0.0.1:{port}"],
         stdout=subprocess.DEVNULL,
@@ -134,7 +138,9 @@ def main() -> None:
             process.terminate()
             process.wait()
             server.stop()
-    sys.stdout.write(f"{CLIENTS} clients, {len(texts)} queries, {seconds:g} s each, load {os.getloadavg()[0]:.1f}\n")
+    sys.stdout.write(
+        f"{CLIENTS} clients, {len(texts)} queries, {seconds:g} s each, load {os.getloadavg()[0]:.1f}\n"
+    )
     sys.stdout.write(f"{ours.line('ersatz')}\n{theirs.line('oxigraph')}\n")
     ratio = (len(ours.seconds) / ours.took) / (len(theirs.seconds) / theirs.took)
     sys.stdout.write(f"ratio {ratio:.2f}; memory of ersatz, MB: {' '.join(f'{one:.0f}' for one in held)}\n")

@@ -1,7 +1,7 @@
 """How long pages take to open in a real browser, also with ten thousand classes.
 
-`python -m tests.benchmarks.serve_pages [CLASSES]`. Each page is opened six times in one browser, the first with
-an empty cache; the time is from the request until the words are on the page.
+`python -m tests.benchmarks.serve_pages [CLASSES]`. Each page is opened six times in one browser,
+the first with an empty cache; the time is from the request until the words are on the page.
 """
 
 import sys

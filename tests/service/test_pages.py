@@ -48,7 +48,9 @@ def test_nothing_is_loaded_from_elsewhere(window: Browser) -> None:
     for path in ("/", "/properties", "/ask"):
         window.open(path)
         window.until("return document.readyState === 'complete'")
-        loaded = window.driver.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
+        loaded = window.driver.execute_script(
+            "return performance.getEntriesByType('resource').map(e => e.name)"
+        )
         assert loaded
         assert not [one for one in loaded if not one.startswith((window.url, "data:", "blob:"))]
 
@@ -140,7 +142,9 @@ def test_narrow_screens_do_not_scroll_sideways(window: Browser) -> None:
         for name in ("home", "class", "substitution", "individual"):
             window.open(PAGES[name])
             assert window.sees(EXPECTED[name])
-            assert window.driver.execute_script("return document.documentElement.scrollWidth <= innerWidth + 1"), name
+            assert window.driver.execute_script(
+                "return document.documentElement.scrollWidth <= innerWidth + 1"
+            ), name
     finally:
         window.driver.set_window_size(1360, 900)
 
@@ -170,9 +174,11 @@ def test_a_file_that_is_no_scan_is_refused(window: Browser, tmp_path: Path) -> N
 def _write_board(path: Path) -> None:
     """Write the surface of a board of 45 x 30 x 2 cm as a cloud."""
     generator = np.random.default_rng(0)
+    up, back, right = np.array([0, 0, 0.02]), np.array([0, 0.30, 0]), np.array([0.45, 0, 0])
     flat = generator.random((6000, 3)) * [0.45, 0.30, 0.0]
     side = generator.random((1200, 3)) * [0.45, 0.0, 0.02]
     end = generator.random((800, 3)) * [0.0, 0.30, 0.02]
-    cloud = np.vstack([flat, flat + [0, 0, 0.02], side, side + [0, 0.30, 0], end, end + [0.45, 0, 0]])
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(cloud)}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    cloud = np.vstack([flat, flat + up, side, side + back, end, end + right])
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(cloud)}\n{axes}end_header\n"
     path.write_text(head + "\n".join(" ".join(f"{value:.5f}" for value in point) for point in cloud) + "\n")

@@ -4,6 +4,8 @@ The cases are those of the W3C's data-sparql11/protocol test suite, re-expressed
 graphs, it is checked that this service, which has one, says so.
 """
 
+# ruff: noqa: E501  # a case is a line
+
 import json
 import subprocess
 import xml.etree.ElementTree as ET

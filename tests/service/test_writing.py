@@ -27,7 +27,11 @@ def notes(server: Server) -> set[str]:
 
 
 def test_an_update_needs_the_token_and_is_kept(writable: Server) -> None:
-    for headers, status in (({}, 401), ({"Authorization": "Bearer wrong"}, 401), ({"Authorization": "Basic x"}, 401)):
+    for headers, status in (
+        ({}, 401),
+        ({"Authorization": "Bearer wrong"}, 401),
+        ({"Authorization": "Basic x"}, 401),
+    ):
         got, _, answer = writable.send("POST", "/update", (INSERT % 1).encode(), UPDATE | headers)
         assert got == status
         assert (answer.getheader("WWW-Authenticate") or "").startswith("Bearer")
@@ -51,10 +55,14 @@ def test_an_update_needs_the_token_and_is_kept(writable: Server) -> None:
     ],
 )
 def test_bad_updates_change_nothing(writable: Server, update: str, status: int) -> None:
-    before = sorted(writable.send("GET", "/data?default", headers={"Accept": "application/n-triples"})[1].splitlines())
+    before = sorted(
+        writable.send("GET", "/data?default", headers={"Accept": "application/n-triples"})[1].splitlines()
+    )
     got, text, _ = writable.send("POST", "/update", update.encode(), UPDATE | AUTH)
     assert got == status, text
-    after = sorted(writable.send("GET", "/data?default", headers={"Accept": "application/n-triples"})[1].splitlines())
+    after = sorted(
+        writable.send("GET", "/data?default", headers={"Accept": "application/n-triples"})[1].splitlines()
+    )
     assert before == after
 
 
@@ -98,7 +106,9 @@ def test_a_stop_in_the_middle_loses_nothing_that_was_confirmed(fresh: Server, tm
 
 def test_a_remembered_answer_is_reused(writable: Server) -> None:
     question = json.dumps({"missing": "tray"}).encode()
-    got, body, _ = writable.send("POST", "/substitutes", question, {"Content-Type": "application/json"} | AUTH)
+    got, body, _ = writable.send(
+        "POST", "/substitutes", question, {"Content-Type": "application/json"} | AUTH
+    )
     assert got == 200, body
     again = json.loads(writable.send("GET", "/substitutes?missing=tray")[1])
     assert again["reused"] == (again["status"] == "ok")

@@ -60,7 +60,8 @@ def frame(service: Service, title: str, here: str = "") -> Iterator[None]:
         toggle = ui.button(icon="contrast").props('flat round dense aria-label="Light or dark" color=grey')
         toggle.on(
             "click",
-            js_handler="() => { Quasar.Dark.toggle(); localStorage.setItem('ersatz-dark', Quasar.Dark.isActive) }",
+            js_handler="() => { Quasar.Dark.toggle();"
+            " localStorage.setItem('ersatz-dark', Quasar.Dark.isActive) }",
         )
     with ui.element("main").classes("page").props("id=content"):
         yield
@@ -187,7 +188,7 @@ def shown(value: Value) -> str:
         return local_name(words)
     for prefix, namespace in PREFIXES.items():
         if words.startswith(namespace):
-            return f"{prefix}:{words[len(namespace):]}"
+            return f"{prefix}:{words[len(namespace) :]}"
     return words
 
 
