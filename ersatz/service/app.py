@@ -54,7 +54,11 @@ def create_app(kb: KnowledgeBase, settings: ServiceSettings | None = None) -> Fa
     app.state.service = service
     app.router.routes.extend(Endpoint(service).routes())
     app.include_router(rest_routes(service))
-    for path, allowed in (("/substitutes", ("GET", "POST")), ("/health", ("GET",)), ("/openapi.json", ("GET", "HEAD"))):
+    for path, allowed in (
+        ("/substitutes", ("GET", "POST")),
+        ("/health", ("GET",)),
+        ("/openapi.json", ("GET", "HEAD")),
+    ):
         app.router.routes.append(refused_methods(path, allowed))
     if settings.pages:
         from ersatz.service.pages import add_pages

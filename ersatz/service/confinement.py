@@ -59,9 +59,7 @@ def _refuse_sockets() -> bool:
         return False
     architecture, refused = _SYSCALLS[platform.machine()]
     steps = [(_LOAD_WORD, 0, 0, 4), (_IF_EQUAL, 0, len(refused) + 2, architecture), (_LOAD_WORD, 0, 0, 0)]
-    steps += [
-        (_IF_EQUAL, len(refused) - at, 0, number) for at, number in enumerate(refused)
-    ]
+    steps += [(_IF_EQUAL, len(refused) - at, 0, number) for at, number in enumerate(refused)]
     steps += [(_RETURN, 0, 0, _ALLOW), (_RETURN, 0, 0, _REFUSE_EPERM)]
     code = ctypes.create_string_buffer(b"".join(struct.pack("=HBBI", *step) for step in steps))
     program = _Program(len(steps), ctypes.addressof(code))

@@ -26,13 +26,14 @@ def service_description(address: str, media: str) -> bytes:
     """Return the description of the endpoint at an address, in one of the formats of graphs."""
     format_ = ox.RdfFormat.from_media_type(media)
     assert format_ is not None
-    written: bytes = ox.serialize(_triples(address), format=format_, prefixes={"sd": _SD, "formats": _FORMATS})
+    written = ox.serialize(_triples(address), format=format_, prefixes={"sd": _SD, "formats": _FORMATS})
+    assert written is not None
     return written
 
 
 def _triples(address: str) -> Iterator[ox.Triple]:
     service, dataset, graph = (ox.BlankNode(name) for name in ("service", "dataset", "graph"))
-    a, sd = ox.NamedNode(RDF + "type"), lambda name: ox.NamedNode(_SD + name)
+    a, sd = ox.NamedNode(RDF + "type"), _sd
     yield ox.Triple(service, a, sd("Service"))
     yield ox.Triple(service, sd("endpoint"), ox.NamedNode(address))
     yield ox.Triple(service, sd("supportedLanguage"), sd("SPARQL11Query"))
@@ -46,3 +47,7 @@ def _triples(address: str) -> Iterator[ox.Triple]:
     yield ox.Triple(dataset, sd("defaultGraph"), graph)
     yield ox.Triple(graph, a, sd("Graph"))
     yield ox.Triple(graph, sd("name"), KB_ONTOLOGY)
+
+
+def _sd(name: str) -> ox.NamedNode:
+    return ox.NamedNode(_SD + name)

@@ -186,7 +186,7 @@ def _guarded(handler: Handler, allowed: tuple[str, ...]) -> Handler:
 
 
 def not_allowed(allowed: tuple[str, ...]) -> RefusedError:
-    """Return the refusal of a method; routes take all methods, lest the pages answer what they do not know."""
+    """Return the refusal of a method; routes take all, lest the pages answer what they do not know."""
     return RefusedError(405, f"only {', '.join(allowed)} here", {"Allow": ", ".join(allowed)})
 
 

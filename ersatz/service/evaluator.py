@@ -171,6 +171,8 @@ class Evaluator:
         if format_ is None:
             raise UnacceptableError("the answer is a table: accept JSON, XML, CSV or TSV")
         sink = Sink(connection, job, row_counter(str(job.table)))
+        if str(job.table).startswith("text/"):
+            sink.counted(-1)  # the line of names is no row
         _begin(connection, job, _content_type(str(job.table)))
         results.serialize(sink, format=format_)  # type: ignore[arg-type]
         sink.flush()

@@ -53,9 +53,11 @@ class QualitySets:
         """Return (q,): the qualities of a class, a functional quality or an instance; None if unknown."""
         classes, functions = self._at(theta)
         if iri in self._known.row_of_class:
-            return classes[self._known.row_of_class[iri]]
+            of_class: NDArray[np.bool_] = classes[self._known.row_of_class[iri]]
+            return of_class
         if iri in self._functions:
-            return functions[self._functions[iri]]
+            of_function: NDArray[np.bool_] = functions[self._functions[iri]]
+            return of_function
         if iri not in self._held:
             self._held[iri] = self._of_instance(iri)
         return self._held[iri]
@@ -106,9 +108,7 @@ def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]
         if not isinstance(arguments[2], ox.Literal):
             return None
         theta = exact(arguments[2].value)
-    found = [
-        sets.of(one.value, theta) if isinstance(one, ox.NamedNode) else None for one in arguments[:2]
-    ]
+    found = [sets.of(one.value, theta) if isinstance(one, ox.NamedNode) else None for one in arguments[:2]]
     if found[0] is None or found[1] is None:
         return None
     numerators, denominators = compare(pack(found[0]), pack(found[1][None]), form)

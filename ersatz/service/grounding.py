@@ -93,7 +93,12 @@ def ground_scan(kb: KnowledgeBase, path: Path, seconds: float = SECONDS) -> Grou
     extent = " × ".join(f"{edge:.3f}" for edge in np.ptp(points, axis=0))
     properties = {one.name for one in measured if one.quality}
     return Grounded(
-        points, segments, extent, measured, _nearest(kb, known, bits, properties), _tools(known, bits, properties)
+        points,
+        segments,
+        extent,
+        measured,
+        _nearest(kb, known, bits, properties),
+        _tools(known, bits, properties),
     )
 
 

@@ -16,11 +16,11 @@ GRAPHS: Final = frozenset({KB_ONTOLOGY.value, KB_ONTOLOGY.value + "#"})
 
 _GAP: Final = r"(?:\s|#[^\n\r]*)*"
 _NAME: Final = r"(<[^<>\s]*>?|[^\W\d]?[\w.\-]*:)"
-_SERVICE: Final = re.compile(rf"(?<![?$:@\w-])SERVICE\b{_GAP}(?:SILENT\b)?{_GAP}(?:{_NAME}|[?$])", re.IGNORECASE)
-_LOAD: Final = re.compile(rf"(?<![?$:@\w-])LOAD\b{_GAP}(?:SILENT\b)?{_GAP}{_NAME}", re.IGNORECASE)
-_FROM: Final = re.compile(
-    rf"(?<![?$:@\w-])(?:FROM|USING)\b{_GAP}(?:NAMED\b)?{_GAP}{_NAME}", re.IGNORECASE
+_SERVICE: Final = re.compile(
+    rf"(?<![?$:@\w-])SERVICE\b{_GAP}(?:SILENT\b)?{_GAP}(?:{_NAME}|[?$])", re.IGNORECASE
 )
+_LOAD: Final = re.compile(rf"(?<![?$:@\w-])LOAD\b{_GAP}(?:SILENT\b)?{_GAP}{_NAME}", re.IGNORECASE)
+_FROM: Final = re.compile(rf"(?<![?$:@\w-])(?:FROM|USING)\b{_GAP}(?:NAMED\b)?{_GAP}{_NAME}", re.IGNORECASE)
 _ESCAPE: Final = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 _OPEN, _CLOSE = frozenset("([{"), frozenset(")]}")
 

@@ -79,5 +79,5 @@ def _quality(media: str, ranges: dict[str, float], aliases: dict[str, str]) -> f
     exact = [q for name, q in ranges.items() if name == media or aliases.get(name) == media]
     if exact:
         return max(exact)
-    kind = media.split("/")[0]
+    kind = media.split("/", maxsplit=1)[0]
     return ranges.get(f"{kind}/*", ranges.get("*/*", 0.0))

@@ -83,7 +83,10 @@ class Question(BaseModel):
 
 _PROBLEMS: dict[int | str, dict[str, Any]] = {
     400: {"model": Problem, "description": "A setting is not what it should be."},
-    404: {"model": Problem, "description": "The knowledge base does not know a name; the nearest is offered."},
+    404: {
+        "model": Problem,
+        "description": "The knowledge base does not know a name; the nearest is offered.",
+    },
 }
 _DENIED: dict[int | str, dict[str, Any]] = {
     401: {"model": Problem, "description": "The token is missing or wrong."},
@@ -96,13 +99,17 @@ def rest_routes(service: Service) -> APIRouter:
     """Return the REST resources."""
     router = APIRouter()
 
-    @router.get("/substitutes", responses=_PROBLEMS, summary="Which of the available things will do, and why?")
+    @router.get(
+        "/substitutes", responses=_PROBLEMS, summary="Which of the available things will do, and why?"
+    )
     async def substitutes(
         missing: Annotated[str, Query(min_length=1, max_length=300, description="The missing tool's class.")],
         available: Annotated[
             list[Name] | None, Query(max_length=1000, description="Classes at hand; without any: all.")
         ] = None,
-        instance: Annotated[list[Name] | None, Query(max_length=1000, description="Instances at hand.")] = None,
+        instance: Annotated[
+            list[Name] | None, Query(max_length=1000, description="Instances at hand.")
+        ] = None,
         representative: Number = "0.35",
         tolerance: Number = "0.35",
         relevance_tolerance: Number = "0.35",

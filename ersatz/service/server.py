@@ -58,9 +58,7 @@ class PatientProtocol(HttpToolsProtocol):
             self.transport.close()
 
 
-def serve(
-    kb: KnowledgeBase, settings: ServiceSettings, host: str = "127.0.0.1", port: int = 8000
-) -> None:
+def serve(kb: KnowledgeBase, settings: ServiceSettings, host: str = "127.0.0.1", port: int = 8000) -> None:
     """Serve a knowledge base until the process is asked to end.
 
     Parameters
@@ -101,7 +99,7 @@ def server_config(app: FastAPI, settings: ServiceSettings) -> uvicorn.Config:
 
 
 def hosts_for(host: str) -> tuple[str, ...]:
-    """Return the host names to answer to: those of loopback, or any where the service is opened to a network."""
+    """Return the names to answer to: those of loopback, or any where the service is opened to a network."""
     return LOOPBACK if host in LOOPBACK else ()
 
 

@@ -62,8 +62,8 @@ class Browser:
     def press(self, words: str) -> None:
         """Click the button with these words."""
         script = (
-            "const b = [...document.querySelectorAll('button')].find(b => b.innerText.includes(arguments[0]));"
-            "if (b) b.click(); return !!b"
+            "const all = [...document.querySelectorAll('button')];"
+            "const b = all.find(b => b.innerText.includes(arguments[0])); if (b) b.click(); return !!b"
         )
         WebDriverWait(self.driver, 20, 0.1).until(lambda d: d.execute_script(script, words))
 
@@ -73,7 +73,9 @@ class Browser:
 
 
 @contextmanager
-def browser(url: str, profile: Path, *, dark: bool = False, width: int = 1360, height: int = 900) -> Iterator[Browser]:
+def browser(
+    url: str, profile: Path, *, dark: bool = False, width: int = 1360, height: int = 900
+) -> Iterator[Browser]:
     """Start Chromium with a fresh profile; the test is skipped where there is none."""
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if chromium is None or driver is None:

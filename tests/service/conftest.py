@@ -14,7 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import ROOT
+from ersatz.grounding.subcategorization import SubcategorizationSettings
+from ersatz.pipeline import Settings, build
+from tests.conftest import ROOT, TABLE
 
 TOKEN = "a token of twenty-four c"
 SCRIPT = """\
@@ -54,12 +56,12 @@ class Server:
     def raw(self, data: bytes, wait: float = 5.0) -> bytes:
         """Send bytes on a socket of their own and return what comes until the end, or the time is up."""
         with socket.create_connection(("127.0.0.1", self.port), timeout=wait) as line:
-            line.sendall(data)
             received = b""
             try:
+                line.sendall(data)
                 while piece := line.recv(65536):
                     received += piece
-            except TimeoutError:
+            except (TimeoutError, ConnectionResetError):
                 pass
             return received
 
@@ -107,12 +109,33 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     running.stop()
 
 
+@pytest.fixture(scope="session")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small knowledge base of three classes, as a file not to be changed."""
+    folder = tmp_path_factory.mktemp("small")
+    table = folder / "objects.csv"
+    table.write_text(TABLE, encoding="utf-8")
+    settings = Settings(SubcategorizationSettings(2, restarts=5), time="2026-01-01T00:00:00Z")
+    build(tables=[table], settings=settings, out=folder / "small.ttl")
+    return folder / "small.ttl"
+
+
+@pytest.fixture(scope="module")
+def writable(tmp_path_factory: pytest.TempPathFactory, small: Path) -> Iterator[Server]:
+    """A copy of the small knowledge base, writable with a token, without pages; shared by a module."""
+    folder = tmp_path_factory.mktemp("writable")
+    shutil.copy(small, folder / "kb.ttl")
+    running = start(folder / "kb.ttl", folder / "log", token=TOKEN, pages=False)
+    yield running
+    if running.process.poll() is None:
+        running.stop()
+
+
 @pytest.fixture
-def writable(tmp_path: Path) -> Iterator[Server]:
-    """A copy of a small knowledge base, writable with a token, without pages."""
-    copy = tmp_path / "two_classes.ttl"
-    shutil.copy(ROOT / "ontology" / "examples" / "two_classes.ttl", copy)
-    running = start(copy, tmp_path / "log", token=TOKEN, pages=False)
+def fresh(tmp_path: Path, small: Path) -> Iterator[Server]:
+    """The same, for one test, which may stop it."""
+    shutil.copy(small, tmp_path / "kb.ttl")
+    running = start(tmp_path / "kb.ttl", tmp_path / "log", token=TOKEN, pages=False)
     yield running
     if running.process.poll() is None:
         running.stop()

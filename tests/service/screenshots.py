@@ -18,7 +18,7 @@ PAGES = {
     "property": "/properties/rigidity",
     "property_vector": "/properties/size",
     "quality": "/qualities/support_4",
-    "substitution": "/substitution?missing=tray&available=plate&available=sponge&available=bowl&available=binder",
+    "substitution": "/substitution?missing=tray&available=plate&available=sponge&available=binder",
     "sparql": "/ask?run=true",
     "graph": "/graph?node=Tray",
     "checks": "/checks",
@@ -37,7 +37,9 @@ def main() -> None:
             for look, dark, width in (("", False, 1360), ("_dark", True, 1360), ("_narrow", False, 420)):
                 with browser(server.url, Path(folder) / f"profile{look}", dark=dark, width=width) as window:
                     for name, path in PAGES.items():
-                        if look and name not in ("class", "substitution", "property", "home") or chosen - {name} == chosen != set():
+                        if (look and name not in ("class", "substitution", "property", "home")) or chosen - {
+                            name
+                        } == chosen != set():
                             continue
                         window.open(path)
                         time.sleep(4.0 if name in ("checks", "sparql", "graph") else 1.5)

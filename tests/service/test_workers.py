@@ -5,6 +5,7 @@ import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,14 +16,18 @@ from ersatz.service.frames import Job
 from ersatz.service.inspection import RefusedError
 from ersatz.service.settings import ServiceSettings
 from ersatz.service.workers import Pool
-from tests.conftest import ROOT
 
-SMALL = ROOT / "ontology" / "examples" / "two_classes.ttl"
+_HOME: list[Path] = []
+
+
+@pytest.fixture(autouse=True)
+def home(small: Path) -> None:
+    _HOME[:] = [small]
 
 
 @asynccontextmanager
 async def pool(**settings: Any) -> AsyncIterator[Pool]:
-    made = Pool(KnowledgeBase.open(SMALL), ServiceSettings(**settings))
+    made = Pool(KnowledgeBase.open(_HOME[0]), ServiceSettings(**settings))
     await made.start()
     try:
         yield made
@@ -30,7 +35,9 @@ async def pool(**settings: Any) -> AsyncIterator[Pool]:
         await made.stop()
 
 
-async def answer(pool: Pool, text: str, action: str = "query", rows: int = 1000, size: int = 1 << 20) -> bytes:
+async def answer(
+    pool: Pool, text: str, action: str = "query", rows: int = 1000, size: int = 1 << 20
+) -> bytes:
     spool, task = pool.evaluate(Job(action, text, "text/csv", "application/n-triples", rows, size))
     try:
         return b"".join([piece async for piece in spool.pieces()])
@@ -106,7 +113,10 @@ def test_no_answer_reaches_another_client() -> None:
     async def one(own: Pool, number: int) -> None:
         kind = number % 4
         if kind == 0:
-            assert (await answer(own, f"SELECT ({number} AS ?x) {{}}")).split() == [b"x", str(number).encode()]
+            assert (await answer(own, f"SELECT ({number} AS ?x) {{}}")).split() == [
+                b"x",
+                str(number).encode(),
+            ]
             return
         text = ["", "SELECT * { broken", "SELECT * { ?s ?p ?o } LIMIT 20", "ASK {} extra"][kind]
         with pytest.raises(RefusedError):
@@ -122,6 +132,7 @@ def test_no_answer_reaches_another_client() -> None:
 def test_too_many_waiting_are_sent_away() -> None:
     async def test() -> None:
         async with pool(workers=1, waiting=2, seconds=1) as own:
+            await answer(own, "ASK {}")
             slow = "SELECT (COUNT(*) AS ?n) { ?a ?b ?c . ?d ?e ?f . ?g ?h ?i }"
             found = await asyncio.gather(*(answer(own, slow) for _ in range(6)), return_exceptions=True)
             messages = [str(one) for one in found]
@@ -135,7 +146,11 @@ def test_too_many_waiting_are_sent_away() -> None:
     [
         ("text/csv", [b'a,b\r\n"x\r\n', b'y",1\r\n2,3\r\n'], 3),
         ("text/tab-separated-values", [b"?a\n1\n", b"2\n"], 3),
-        ("application/sparql-results+json", [b'{"results":{"bindings":[{"a":{"x":"},{\\""}},', b'{"a":{}},{"a":{}}]}}'], 2),
+        (
+            "application/sparql-results+json",
+            [b'{"results":{"bindings":[{"a":{"x":"},{\\""}},', b'{"a":{}},{"a":{}}]}}'],
+            2,
+        ),
         ("application/sparql-results+xml", [b"<result></resu", b"lt><result></result>"], 2),
     ],
 )

@@ -17,7 +17,8 @@ from ersatz.service.pages import (
 from ersatz.service.service import Service
 
 _ICON = (
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'><rect width='32' height='32' rx='8' fill='#0d7a6f'/>"
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'>"
+    "<rect width='32' height='32' rx='8' fill='#0d7a6f'/>"
     "<path d='M9 8h14v4H13v3h8v3h-8v3h10v4H9z' fill='#fff'/></svg>"
 )
 

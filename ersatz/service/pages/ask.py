@@ -13,7 +13,7 @@ from ersatz.knowledge.queries import Query, query_names, stored_query
 from ersatz.knowledge.vocabulary import KB
 from ersatz.service.inspection import Dataset, RefusedError, inspect_query
 from ersatz.service.negotiation import GRAPHS, TABLES
-from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, shown, table
+from ersatz.service.pages.frame import PATIENCE, card, copy, frame, heading, notice, shown, table
 from ersatz.service.pages.properties import COLOURS
 from ersatz.service.service import Service
 
@@ -52,7 +52,10 @@ class _Page:
         self._answer: dict[str, Any] | None = None
 
     async def draw(self, question: str, run: bool) -> None:
-        heading("SPARQL", "Ask a stored question, or one of your own; it is evaluated apart and ended at the time limit.")
+        heading(
+            "SPARQL",
+            "Ask a stored question, or one of your own; it is evaluated apart and ended at the time limit.",
+        )
         with card():
             names = {one: stored_query(one).summary for one in query_names() if "/" not in one}
             with ui.element("div").classes("line"):
@@ -92,7 +95,9 @@ class _Page:
 
         with self._fields:
             for key, kind in question.parameters.items():
-                box = ui.input(f"{key} ({kind})", value=values.get(key, "")).props("outlined dense debounce=300")
+                box = ui.input(f"{key} ({kind})", value=values.get(key, "")).props(
+                    "outlined dense debounce=300"
+                )
                 boxes[key] = box
                 box.on_value_change(fill)
         fill()
@@ -124,7 +129,7 @@ class _Page:
             return
         took = 1000 * (time.perf_counter() - begun)
         ui.run_javascript(
-            f"const h = JSON.parse({_HISTORY}).filter(q => q !== {json.dumps(query)}); h.unshift({json.dumps(query)});"
+            f"const q = {json.dumps(query)}, h = JSON.parse({_HISTORY}).filter(x => x !== q); h.unshift(q);"
             "localStorage.setItem('ersatz-history', JSON.stringify(h.slice(0, 30)))"
         )
         self._results.clear()
@@ -151,7 +156,9 @@ class _Page:
             if "boolean" in found:
                 names, rows = ["answer"], [["yes" if found["boolean"] else "no"]]
             else:
-                rows = [[row.get(name, {}).get("value") for name in names] for row in found["results"]["bindings"]]
+                rows = [
+                    [row.get(name, {}).get("value") for name in names] for row in found["results"]["bindings"]
+                ]
         self._says.text = f"{len(rows)} rows in {took:.0f} ms"
         with card():
             with ui.tabs().props("dense align=left no-caps active-color=teal-8") as tabs:
@@ -163,10 +170,11 @@ class _Page:
                     table(names, [[_cell(value) for value in row] for row in rows[:MOST]])
                     if len(rows) > MOST:
                         ui.label(f"{len(rows) - MOST} more rows: download them all.").classes("faint")
-                    text_ = "\n".join("\t".join("" if v is None else v for v in row) for row in [names, *rows])
-                    ui.button("Copy the table", icon="content_copy").props("flat dense color=grey").on_click(
-                        lambda: (ui.clipboard.write(text_), ui.notify("Copied"))
+                    text_ = "\n".join(
+                        "\t".join("" if v is None else v for v in row) for row in [names, *rows]
                     )
+                    button = ui.button("Copy the table", icon="content_copy").props("flat dense color=grey")
+                    button.on_click(lambda: copy(text_))
                 with ui.tab_panel(chart):
                     _chart(names, rows)
                 with ui.tab_panel(graph):
@@ -187,7 +195,9 @@ class _Page:
         with ui.dialog() as dialog, ui.card().style("min-width: min(700px, 90vw)"):
             ui.label("Queries run in this browser").style("font-weight: 650")
             for query in json.loads(queries)[:30]:
-                button = ui.button(" ".join(str(query).split())[:110]).props("flat dense align=left no-caps color=grey")
+                button = ui.button(" ".join(str(query).split())[:110]).props(
+                    "flat dense align=left no-caps color=grey"
+                )
                 button.on_click(lambda _, q=query: (self._editor.set_value(q), dialog.close()))
         dialog.open()
 
@@ -215,7 +225,9 @@ def _number(value: str | None) -> float | None:
 
 def _chart(names: list[str], rows: list[list[Any]]) -> None:
     """Bars of the last column that holds numbers, named by the first that does not."""
-    numeric = [at for at in range(len(names)) if rows and all(_number(row[at]) is not None for row in rows[:MOST])]
+    numeric = [
+        at for at in range(len(names)) if rows and all(_number(row[at]) is not None for row in rows[:MOST])
+    ]
     if not numeric:
         ui.label("A chart needs a column of numbers.").classes("soft")
         return
@@ -227,9 +239,25 @@ def _chart(names: list[str], rows: list[list[Any]]) -> None:
             "grid": {"left": 160, "right": 40, "top": 10, "bottom": 40},
             "tooltip": {},
             "animation": False,
-            "xAxis": {"type": "value", "name": names[value], "nameLocation": "middle", "nameGap": 26, "axisLabel": {"color": _INK}},
-            "yAxis": {"type": "category", "data": [shown(row[label]) for row in chosen], "axisLabel": {"color": _INK}},
-            "series": [{"type": "bar", "data": [_number(row[value]) for row in chosen], "itemStyle": {"color": COLOURS[0]}}],
+            "xAxis": {
+                "type": "value",
+                "name": names[value],
+                "nameLocation": "middle",
+                "nameGap": 26,
+                "axisLabel": {"color": _INK},
+            },
+            "yAxis": {
+                "type": "category",
+                "data": [shown(row[label]) for row in chosen],
+                "axisLabel": {"color": _INK},
+            },
+            "series": [
+                {
+                    "type": "bar",
+                    "data": [_number(row[value]) for row in chosen],
+                    "itemStyle": {"color": COLOURS[0]},
+                }
+            ],
         }
     ).style(f"height: {max(220, 24 * len(chosen) + 70)}px")
 
@@ -252,7 +280,10 @@ def _graph(rows: list[list[Any]]) -> None:
                     "roam": True,
                     "force": {"repulsion": 140, "edgeLength": 90},
                     "label": {"show": len(nodes) < 80, "position": "right", "color": _INK},
-                    "data": [{"name": shown(one), "id": one, "symbolSize": 14, "itemStyle": {"color": COLOURS[0]}} for one in nodes],
+                    "data": [
+                        {"name": shown(one), "id": one, "symbolSize": 14, "itemStyle": {"color": COLOURS[0]}}
+                        for one in nodes
+                    ],
                     "edges": [{"source": a, "target": b, "value": shown(p)} for a, p, b in edges],
                     "edgeSymbol": ["none", "arrow"],
                     "edgeSymbolSize": 6,
@@ -260,5 +291,3 @@ def _graph(rows: list[list[Any]]) -> None:
             ],
         }
     ).style("height: 520px")
-
-

@@ -51,8 +51,8 @@ def add(service: Service) -> None:
             with ui.element("div"):
                 heading(
                     "Classes",
-                    "A class is known by what its individuals were observed to be: each opens to its qualities, "
-                    "with the counts behind them.",
+                    "A class is known by what its individuals were observed to be: each opens to its "
+                    "qualities, with the counts behind them.",
                 )
                 with ui.element("div").classes("tiles"):
                     for iri, name, count in seen.classes[:MOST]:
@@ -79,9 +79,7 @@ def add(service: Service) -> None:
                 await _class(service, found, parents.get(found.model.iri, []), threshold)
 
 
-def tree(
-    classes: tuple[tuple[str, str, int], ...], parents: dict[str, list[str]], here: str = ""
-) -> None:
+def tree(classes: tuple[tuple[str, str, int], ...], parents: dict[str, list[str]], here: str = "") -> None:
     """Draw the tree of classes with a search above it; only the first ones of a long list."""
     order = _nested(classes, parents)
     with ui.element("nav").classes("card side").props('aria-label="Classes"'):
@@ -163,9 +161,9 @@ async def _class(service: Service, found: _Found, parents: list[str], theta: Fra
     model = found.model
     with ui.element("div").classes("line"):
         text(model.name, "h1")
-        ui.button("Find a substitute", icon="swap_horiz").props("outline color=teal-8").classes("end").on_click(
-            lambda: ui.navigate.to(link_to("/substitution", missing=model.name))
-        )
+        ui.button("Find a substitute", icon="swap_horiz").props("outline color=teal-8").classes(
+            "end"
+        ).on_click(lambda: ui.navigate.to(link_to("/substitution", missing=model.name)))
     copyable(model.iri)
     ui.label(f"Known from {model.instances} {service.kb.build.unit}s.").classes("lead")
     with card("What it is like"):
@@ -179,7 +177,9 @@ async def _class(service: Service, found: _Found, parents: list[str], theta: Fra
         for iri, name in found.instances[:MOST]:
             chip(name, page_of("instance", iri))
         if len(found.instances) > MOST:
-            chip(f"and {len(found.instances) - MOST} more", link_to("/individuals", search=model.name), "info")
+            chip(
+                f"and {len(found.instances) - MOST} more", link_to("/individuals", search=model.name), "info"
+            )
 
 
 def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> None:
@@ -208,9 +208,7 @@ def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> None:
     mark()
 
 
-def _property(
-    name: str, group: list[Entry], theta: Fraction, drawn: list[tuple[Entry, ui.element]]
-) -> None:
+def _property(name: str, group: list[Entry], theta: Fraction, drawn: list[tuple[Entry, ui.element]]) -> None:
     for at, entry in enumerate(group):
         with ui.element("div").classes("name"):
             if at == 0:
@@ -242,7 +240,9 @@ async def _functions(service: Service, iri: str, theta: Fraction) -> None:
     ui.label("Nearest stand-ins").classes("faint")
     with chips():
         for one in ranking:
-            chip(f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" if one.accepted else "")
+            chip(
+                f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" if one.accepted else ""
+            )
 
 
 def _standing(found: _Found, parents: list[str]) -> None:
@@ -260,5 +260,3 @@ def _standing(found: _Found, parents: list[str]) -> None:
     with chips():
         chip("its neighbourhood", link_to("/graph", node=local_name(found.model.iri)))
         chip("as Turtle", f"/kb/{local_name(found.model.iri)}")
-
-

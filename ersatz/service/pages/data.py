@@ -47,9 +47,7 @@ def superclasses(kb: KnowledgeBase) -> dict[str, list[str]]:
 
 def is_individual(kb: KnowledgeBase, iri: str) -> bool:
     """Tell whether an IRI is a thing that was measured, rather than a statement about one."""
-    rows = kb.query(
-        f"ASK {{ {NamedNode(iri)} a ?class . ?model <{DESCRIBES_CLASS.value}> ?class }}"
-    )
+    rows = kb.query(f"ASK {{ {NamedNode(iri)} a ?class . ?model <{DESCRIBES_CLASS.value}> ?class }}")
     return bool(rows[0]["answer"])
 
 
@@ -65,9 +63,7 @@ def _overview(kb: KnowledgeBase) -> Overview:
         ((str(row["class"]), str(row["name"]), int(str(row["instances"]))) for row in kb.ask("classes")),
         key=lambda one: one[1],
     )
-    return Overview(
-        tuple(classes), len(individuals(kb)), len(kb.ask("properties")), len(kb.ask("qualities"))
-    )
+    return Overview(tuple(classes), len(individuals(kb)), len(kb.ask("properties")), len(kb.ask("qualities")))
 
 
 def _individuals(kb: KnowledgeBase) -> tuple[tuple[str, str, str], ...]:

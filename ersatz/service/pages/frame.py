@@ -60,7 +60,8 @@ def frame(service: Service, title: str, here: str = "") -> Iterator[None]:
         toggle = ui.button(icon="contrast").props('flat round dense aria-label="Light or dark" color=grey')
         toggle.on(
             "click",
-            js_handler="() => { Quasar.Dark.toggle(); localStorage.setItem('ersatz-dark', Quasar.Dark.isActive) }",
+            js_handler="() => { Quasar.Dark.toggle();"
+            " localStorage.setItem('ersatz-dark', Quasar.Dark.isActive) }",
         )
     with ui.element("main").classes("page").props("id=content"):
         yield
@@ -157,7 +158,13 @@ def copy_button(words: str, label: str) -> None:
     """A button that copies text to the clipboard."""
     button = ui.button(icon="content_copy").props(f'flat dense round size=sm color=grey aria-label="{label}"')
     button.tooltip(label)
-    button.on("click", lambda: (ui.clipboard.write(words), ui.notify("Copied")))
+    button.on("click", lambda: copy(words))
+
+
+def copy(words: str) -> None:
+    """Put text on the clipboard."""
+    ui.clipboard.write(words)
+    ui.notify("Copied")
 
 
 def page_of(kind: str, iri: str) -> str:
@@ -181,7 +188,7 @@ def shown(value: Value) -> str:
         return local_name(words)
     for prefix, namespace in PREFIXES.items():
         if words.startswith(namespace):
-            return f"{prefix}:{words[len(namespace):]}"
+            return f"{prefix}:{words[len(namespace) :]}"
     return words
 
 

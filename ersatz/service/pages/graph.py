@@ -3,6 +3,7 @@
 from typing import Any, Final
 
 from nicegui import events, ui
+from pyoxigraph import NamedNode
 
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
@@ -26,8 +27,11 @@ def add(service: Service) -> None:
     async def graph(node: str = "") -> None:
         with frame(service, "Graph", "/graph"):
             heading("Graph", "Click a node to open its neighbours; double click to go to its page.")
-            box = ui.input("Thing", value=node or "Tray").props("outlined dense").style("margin-bottom: 16px; max-width: 420px").on(
-                "keydown.enter", lambda: ui.navigate.to(link_to("/graph", node=box.value))
+            box: ui.input = (
+                ui.input("Thing", value=node or "Tray")
+                .props("outlined dense")
+                .style("margin-bottom: 16px; max-width: 420px")
+                .on("keydown.enter", lambda: ui.navigate.to(link_to("/graph", node=box.value)))
             )
             picture = _Picture(service)
             try:
@@ -38,16 +42,20 @@ def add(service: Service) -> None:
                 notice(f"Nothing here is called {node!r}.", bad=True)
                 return
             with card():
-                chart = ui.echart(picture.options(), on_point_click=lambda e: _clicked(e, picture, chart, rows))
+                chart: ui.echart = ui.echart(
+                    picture.options(), on_point_click=lambda e: _clicked(e, picture, chart, rows)
+                )
                 chart.style("height: 600px").on(
                     "chart:dblclick", lambda e: ui.navigate.to(f"/thing/{local_name(str(e.args))}")
                 )
-            rows = ui.element("section").classes("card")
+            rows: ui.element = ui.element("section").classes("card")
             with rows:
                 _table(picture)
 
 
-async def _clicked(event: events.EChartPointClickEventArguments, picture: "_Picture", chart: Any, rows: Any) -> None:
+async def _clicked(
+    event: events.EChartPointClickEventArguments, picture: "_Picture", chart: Any, rows: Any
+) -> None:
     iri = str((event.data or {}).get("id", "")) if isinstance(event.data, dict) else ""
     if iri.startswith(KB) and await picture.grow(iri):
         chart.options.clear()
@@ -125,9 +133,10 @@ class _Picture:
 def _neighbours(kb: KnowledgeBase, iri: str) -> list[tuple[str, str, str]]:
     """Return up to `MOST` edges from and to a thing; what only says its type is left out."""
     half = MOST // 2
+    node = NamedNode(iri)  # raises ValueError for what is no IRI: nothing of a stranger's gets into a query
     text = (
-        f"SELECT ?a ?p ?b {{ {{ SELECT (<{iri}> AS ?a) ?p ?b {{ <{iri}> ?p ?b FILTER (ISIRI(?b)) }} LIMIT {half} }} UNION "
-        f"{{ SELECT ?a ?p (<{iri}> AS ?b) {{ ?a ?p <{iri}> }} LIMIT {half} }} }}"
+        f"SELECT ?a ?p ?b {{ {{ SELECT ({node} AS ?a) ?p ?b {{ {node} ?p ?b FILTER (ISIRI(?b)) }} "
+        f"LIMIT {half} }} UNION {{ SELECT ?a ?p ({node} AS ?b) {{ ?a ?p {node} }} LIMIT {half} }} }}"
     )
     boring = "http://www.w3.org/2002/07/owl#"
     return [

@@ -10,7 +10,20 @@ from nicegui import events, ui
 from ersatz.errors import ErsatzError
 from ersatz.service.grounding import Grounded, ground_scan
 from ersatz.service.inspection import RefusedError
-from ersatz.service.pages.frame import PATIENCE, bar, card, chip, chips, frame, heading, link_to, notice, page_of, table, words_of
+from ersatz.service.pages.frame import (
+    PATIENCE,
+    bar,
+    card,
+    chip,
+    chips,
+    frame,
+    heading,
+    link_to,
+    notice,
+    page_of,
+    table,
+    words_of,
+)
 from ersatz.service.pages.properties import COLOURS
 from ersatz.service.service import Service
 
@@ -27,16 +40,20 @@ def add(service: Service) -> None:
         with frame(service, "Ground by hand", "/ground"):
             heading(
                 "Ground by hand",
-                "Give a scan of one object (PLY or PCD, metres). It is cut into segments and measured, its qualities "
-                "are looked up, and the classes most like it follow.",
+                "Give a scan of one object (PLY or PCD, metres). It is cut into segments and measured, its "
+                "qualities are looked up, and the classes most like it follow.",
             )
             with card():
-                upload = ui.upload(
-                    label=f"A scan, at most {service.settings.upload_bytes >> 20} MiB",
-                    auto_upload=True,
-                    max_file_size=service.settings.upload_bytes,
-                    max_files=1,
-                ).props(f'accept="{",".join(SUFFIXES)}" flat bordered color=teal-8').style("width: 100%")
+                upload = (
+                    ui.upload(
+                        label=f"A scan, at most {service.settings.upload_bytes >> 20} MiB",
+                        auto_upload=True,
+                        max_file_size=service.settings.upload_bytes,
+                        max_files=1,
+                    )
+                    .props(f'accept="{",".join(SUFFIXES)}" flat bordered color=teal-8')
+                    .style("width: 100%")
+                )
             place = ui.element("div").props('aria-live="polite"')
 
             async def take(event: events.UploadEventArguments) -> None:
@@ -82,7 +99,9 @@ def _draw(service: Service, found: Grounded) -> None:
                         (words_of(one.name), page_of("property", one.iri)),
                         " × ".join(f"{value:.4g}" for value in one.values),
                         one.unit,
-                        (words_of(one.quality), page_of("quality", one.quality_iri)) if one.quality else "not in this knowledge base",
+                        (words_of(one.quality), page_of("quality", one.quality_iri))
+                        if one.quality
+                        else "not in this knowledge base",
                     )
                     for one in found.measured
                 ],
@@ -90,13 +109,17 @@ def _draw(service: Service, found: Grounded) -> None:
             )
     with card("Most like it"):
         ui.label("Share of its qualities' properties in which a class is typically the same").classes("faint")
-        with ui.element("div").classes("bars").style("grid-template-columns: minmax(120px, max-content) 1fr max-content"):
+        with (
+            ui.element("div")
+            .classes("bars")
+            .style("grid-template-columns: minmax(120px, max-content) 1fr max-content")
+        ):
             for iri, name, similarity in found.nearest:
                 ui.link(name, page_of("class", iri))
                 bar(similarity, typical=similarity > 0.35)
                 ui.label(f"{similarity:.2f}").classes("of")
     with card("What it could stand in for"), chips():
-        for iri, name, similarity in found.stands_in_for:
+        for _, name, similarity in found.stands_in_for:
             chip(f"{name} {similarity:.2f}", link_to("/substitution", missing=name), "good")
         if not found.stands_in_for:
             ui.label("For nothing here, by what was measured.").classes("soft")

@@ -8,7 +8,18 @@ from starlette.responses import RedirectResponse
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.vocabulary import KB
 from ersatz.service.pages.data import is_individual, overview
-from ersatz.service.pages.frame import PATIENCE, card, chip, chips, frame, heading, link_to, notice, page_of, text
+from ersatz.service.pages.frame import (
+    PATIENCE,
+    card,
+    chip,
+    chips,
+    frame,
+    heading,
+    link_to,
+    notice,
+    page_of,
+    text,
+)
 from ersatz.service.service import Service
 
 
@@ -21,18 +32,17 @@ def add(service: Service) -> None:
         with frame(service, "What stands in?"):
             heading(
                 "The tool is missing. What will do?",
-                "This knowledge base holds what a robot has observed of everyday things. Name the tool that is "
-                "not here, and it ranks what is, with reasons.",
+                "This knowledge base holds what a robot has observed of everyday things. Name the tool that "
+                "is not here, and it ranks what is, with reasons.",
             )
-            with card():
-                with ui.element("div").classes("line"):
-                    names = sorted(name for _, name, _ in seen.classes)
-                    missing = ui.select(
-                        names[:5000], label="Missing tool", with_input=True, value=_first(names)
-                    ).classes("grow")
-                    ui.button("Find substitutes", icon="search").props("unelevated color=teal-8").on_click(
-                        lambda: ui.navigate.to(link_to("/substitution", missing=missing.value))
-                    )
+            with card(), ui.element("div").classes("line"):
+                names = sorted(name for _, name, _ in seen.classes)
+                missing = ui.select(
+                    names[:5000], label="Missing tool", with_input=True, value=_first(names)
+                ).classes("grow")
+                ui.button("Find substitutes", icon="search").props("unelevated color=teal-8").on_click(
+                    lambda: ui.navigate.to(link_to("/substitution", missing=missing.value))
+                )
             with ui.element("div").classes("tiles"):
                 for count, words, path in (
                     (len(seen.classes), "classes of things", "/classes"),

@@ -97,7 +97,7 @@ class _Found:
         held = kb.ask("instance_qualities", instances=[iri])
         self.qualities = [str(row["quality"]) for row in held]
         self.rows = _measured(kb, iri, self.qualities)
-        self.usage = [
+        self.usage: list[tuple[Any, str]] = [
             ((shown(row["s"]), link_to("/graph", node=shown(row["s"]))), shown(row["p"]))
             for row in kb.query(f"SELECT ?s ?p {{ ?s ?p <{iri}> }} ORDER BY ?p ?s LIMIT {MOST}")
         ] or [("Nothing does.", "")]

@@ -94,6 +94,10 @@ def add(service: Service) -> None:
                     numeric=(1, 2, 3, 4),
                 )
 
+    _add_qualities(service)
+
+
+def _add_qualities(service: Service) -> None:
     @ui.page("/qualities/{name}", response_timeout=PATIENCE)
     async def quality(name: str) -> None:
         iri = KB + name
@@ -118,7 +122,10 @@ def add(service: Service) -> None:
                     _bars([(KB + n, words_of(n), count, total) for n, count, total in model], "quality")
             with card("Classes that have it"):
                 _bars(
-                    [(str(c), local_name(str(c)), Decimal(str(n)), Decimal(str(t))) for c, n, t, _ in rows[:MOST]],
+                    [
+                        (str(c), local_name(str(c)), Decimal(str(n)), Decimal(str(t)))
+                        for c, n, t, _ in rows[:MOST]
+                    ],
                     "class",
                 )
             with card(f"Individuals that hold it ({len(holders)})"), chips():
@@ -130,7 +137,11 @@ def add(service: Service) -> None:
 
 
 def _bars(rows: list[tuple[str, str, Any, Any]], kind: str) -> None:
-    with ui.element("div").classes("bars").style("grid-template-columns: minmax(120px, max-content) 1fr max-content"):
+    with (
+        ui.element("div")
+        .classes("bars")
+        .style("grid-template-columns: minmax(120px, max-content) 1fr max-content")
+    ):
         for iri, name, count, total in rows:
             ui.link(name, page_of(kind, iri))
             bar(float(count) / float(total), typical=True, functional=kind == "quality")
@@ -194,8 +205,8 @@ _SCALARS = _HEAD + (
 )
 _VECTORS = _HEAD + (
     "SELECT ?m ?value ?quality {{ ?m ersatz:measuredProperty <{iri}> ; ersatz:assignedQuality ?quality ; "
-    "ersatz:hasCoordinate ?c . ?c ersatz:onAxis ?axis ; ersatz:coordinate ?value . ?axis ersatz:position ?at }} "
-    "ORDER BY ?m ?at LIMIT 60000"
+    "ersatz:hasCoordinate ?c . ?c ersatz:onAxis ?axis ; ersatz:coordinate ?value . "
+    "?axis ersatz:position ?at }} ORDER BY ?m ?at LIMIT 60000"
 )
 
 
@@ -245,7 +256,9 @@ def _histogram(found: _Values, unit: str) -> dict[str, Any]:
             "label": {"formatter": "{c}", "color": _INK},
             "data": [{"xAxis": float(f"{cut:.4g}")} for cut in found.cuts],
         }
-    return _frame_of_chart(series, {**_axis(f"value, {unit}"), "type": "value", "scale": True}, _axis("measurements"))
+    return _frame_of_chart(
+        series, {**_axis(f"value, {unit}"), "type": "value", "scale": True}, _axis("measurements")
+    )
 
 
 def _scatter(found: _Values, unit: str) -> dict[str, Any]:
@@ -289,13 +302,22 @@ def _heat_map(kb: KnowledgeBase) -> dict[str, Any]:
         for x, at in enumerate(columns)
         if table_.totals[y, at]
     ]
-    axis = {"axisLabel": {"color": _INK, "fontSize": 11}, "splitArea": {"show": False}, "axisTick": {"show": False}}
+    axis = {
+        "axisLabel": {"color": _INK, "fontSize": 11},
+        "splitArea": {"show": False},
+        "axisTick": {"show": False},
+    }
     names = [words_of(known.qualities[at].name) for at in columns]
     return {
         "grid": {"left": 116, "right": 20, "top": 16, "bottom": 150},
         "tooltip": {},
         "animation": False,
-        "xAxis": {"type": "category", "data": names, **axis, "axisLabel": {"color": _INK, "rotate": 60, "fontSize": 11}},
+        "xAxis": {
+            "type": "category",
+            "data": names,
+            **axis,
+            "axisLabel": {"color": _INK, "rotate": 60, "fontSize": 11},
+        },
         "yAxis": {"type": "category", "data": [words_of(name) for name in table_.names], **axis},
         "visualMap": {
             "min": 0,
@@ -308,5 +330,7 @@ def _heat_map(kb: KnowledgeBase) -> dict[str, Any]:
             "textStyle": {"color": _INK},
             "inRange": {"color": ["#eef4f3", "#9fd0c9", "#0d7a6f", "#06403b"]},
         },
-        "series": [{"type": "heatmap", "data": data, "itemStyle": {"borderWidth": 1, "borderColor": "transparent"}}],
+        "series": [
+            {"type": "heatmap", "data": data, "itemStyle": {"borderWidth": 1, "borderColor": "transparent"}}
+        ],
     }

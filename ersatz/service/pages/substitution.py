@@ -1,5 +1,6 @@
 """Substitution: what is missing, what is on the table, and what will do."""
 
+import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -66,7 +67,11 @@ class View:
     def link(self) -> str:
         """Return the address of this view; what is as usual is left out."""
         usual = View()
-        given = {name: getattr(self, name) for name in View.__slots__ if getattr(self, name) != getattr(usual, name)}
+        given = {
+            name: getattr(self, name)
+            for name in View.__slots__
+            if getattr(self, name) != getattr(usual, name)
+        }
         return link_to("/substitution", **given)
 
 
@@ -97,12 +102,12 @@ async def _page(service: Service, view: View) -> None:
     names = [name for _, name, _ in seen.classes]
     with frame(service, "Substitution", "/substitution"):
         heading("Substitution", "Name the missing tool and what is on the table.")
-        with ui.element("div").classes("split").style("grid-template-columns: 320px minmax(0, 1fr)"):
+        with ui.element("div").classes("split wide"):
             controls = ui.element("section").classes("card")
             results = ui.element("div").props('aria-live="polite"')
 
         async def draw() -> None:
-            ui.run_javascript(f"history.replaceState(null, '', {view.link()!r})")
+            ui.run_javascript(f"history.replaceState(null, '', {json.dumps(view.link())})")
             results.clear()
             with results:
                 await _results(service, view)
@@ -125,8 +130,12 @@ def _controls(view: View, names: list[str], things: list[str], draw: Any) -> Non
     def choose(label: str, options: list[str], name: str, *, several: bool) -> None:
         value = getattr(view, name)
         options = sorted({*options[:5000], *(value if several else [value] * bool(value))})
-        box = ui.select(options, label=label, value=value or ([] if several else None), with_input=True, multiple=several)
-        box.props("outlined dense use-chips" if several else "outlined dense").style("width: 100%; margin-bottom: 12px")
+        box = ui.select(
+            options, label=label, value=value or ([] if several else None), with_input=True, multiple=several
+        )
+        box.props("outlined dense use-chips" if several else "outlined dense").style(
+            "width: 100%; margin-bottom: 12px"
+        )
         bound(box, name, lambda chosen: list(chosen or []) if several else str(chosen or ""))
 
     choose("Missing tool", names, "missing", several=False)
@@ -162,7 +171,11 @@ async def _results(service: Service, view: View) -> None:
     try:
         ranking = await service.read(
             lambda: rank_substitutes(
-                service.kb, view.missing, view.available or None, instances=view.instance, settings=view.settings()
+                service.kb,
+                view.missing,
+                view.available or None,
+                instances=view.instance,
+                settings=view.settings(),
             )
         )
     except (ErsatzError, ValueError) as error:
@@ -171,13 +184,20 @@ async def _results(service: Service, view: View) -> None:
     with card():
         _question(service, view, ranking)
     if ranking.status is Status.UNDETERMINED:
-        notice("Undetermined: none of its functions is relevant. The last switch compares all that is typical of it.", bad=True)
+        notice(
+            "Undetermined: none of its functions is relevant. The last switch compares all that is typical.",
+            bad=True,
+        )
         return
     shown = ranking[:MOST]
     # Counterfactuals are searched for: not while others wait.
     answers = await service.read(lambda: [_Answer(one) for one in shown])
     accepted = sum(one.accepted for one in shown)
-    title = f"{accepted} of {len(ranking)} will do" if len(ranking) <= MOST else f"The best {MOST} of {len(ranking)}"
+    title = (
+        f"{accepted} of {len(ranking)} will do"
+        if len(ranking) <= MOST
+        else f"The best {MOST} of {len(ranking)}"
+    )
     with card(title):
         for answer in answers:
             _draw_answer(answer, float(ranking.settings.tolerance))
@@ -197,12 +217,16 @@ def _question(service: Service, view: View, ranking: Ranking) -> None:
         article = "an" if ranking.missing[:1] in "aeiou" else "a"
         text(f"In place of {article} {ranking.missing}", "strong").style("font-size: 19px")
         with ui.element("div").classes("line end"):
-            button = ui.button(icon="link").props('flat dense round color=grey aria-label="Copy the link to this view"')
+            button = ui.button(icon="link").props(
+                'flat dense round color=grey aria-label="Copy the link to this view"'
+            )
             button.tooltip("Copy the link to this view").on(
                 "click", js_handler="() => navigator.clipboard.writeText(location.href)"
             )
             copy_button(_as_text(ranking), "Copy the ranking as a table")
-            save = ui.button("Save the substitution model", icon="bookmark_add").props("outline dense color=teal-8")
+            save = ui.button("Save the substitution model", icon="bookmark_add").props(
+                "outline dense color=teal-8"
+            )
             save.on_click(lambda: _save(service, view))
     for title, names, sort in (
         ("What it is for", ranking.relevant_functional, "info"),
@@ -234,7 +258,9 @@ def _draw_answer(answer: _Answer, tolerance: float) -> None:
                 for flag in one.flags:
                     chip(flag.replace("_", " "), sort="bad")
             bar(one.similarity, typical=one.accepted, mark=tolerance)
-            ui.label(f"{one.similarity:.2f}").classes("value").tooltip(f"exactly {one.fraction}, dimensionless")
+            ui.label(f"{one.similarity:.2f}").classes("value").tooltip(
+                f"exactly {one.fraction}, dimensionless"
+            )
         text(answer.words, "p")
         with chips():
             for sort, found in answer.evidence:
@@ -274,5 +300,3 @@ async def _save(service: Service, view: View) -> None:
 
         ui.button("Save", on_click=confirm).props("unelevated color=teal-8")
     dialog.open()
-
-
