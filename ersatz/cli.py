@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from ersatz import __version__
-from ersatz.errors import ErsatzError, ErsatzWarning, InputError
+from ersatz.errors import ErsatzError, ErsatzWarning, InputError, MissingDependencyError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -507,6 +507,103 @@ def export(
     else:
         kb.save(named)
     _say(f"{named}: written")
+
+
+@app.command()
+def serve(
+    location: Location,
+    host: Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to listen on.")] = 8000,
+    writable: Annotated[
+        bool, typer.Option("--writable", help="Let who has the token change knowledge.")
+    ] = False,
+    token_file: Annotated[
+        Path | None, typer.Option(help="File with the token, readable by you alone.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="How long one query may take.")] = 20.0,
+) -> None:
+    """Serve the knowledge base: pages to look into it, and a SPARQL 1.1 endpoint.
+
+    Example: ersatz serve household --port 8000
+    """
+    try:
+        from ersatz.service.server import hosts_for
+        from ersatz.service.server import serve as run
+        from ersatz.service.settings import ServiceSettings, read_token
+    except ModuleNotFoundError as error:
+        raise MissingDependencyError(f"serving needs {error.name}: install ersatz[serve]") from None
+    if writable != (token_file is not None):
+        raise InputError("--writable and --token-file go together: only who has the token may write")
+    token = read_token(token_file) if token_file is not None else None
+    settings = ServiceSettings(seconds=seconds, token=token, hosts=hosts_for(host))
+    kb = _open(location)
+    _say(f"{kb.location} at http://{host}:{port}/ (SPARQL at /sparql); end with Ctrl-C")
+    run(kb, settings, host, port)
+
+
+@app.command()
+def evaluate(
+    location: Location,
+    scenarios: Annotated[str, typer.Argument(help="benchmark, or a file of scenarios (CSV, JSON).")],
+    out: Annotated[Path, typer.Option(help="Folder to write tables, figures and the report to.")],
+    baseline: Annotated[
+        list[str] | None, typer.Option(help="A rival, NAME or NAME=FILE; repeatable. Without any: all.")
+    ] = None,
+    votes: Annotated[Path | None, typer.Option(help="Votes of a survey on these scenarios.")] = None,
+    resamples: Annotated[int, typer.Option(help="How often the objects are drawn again.")] = 20,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+) -> None:
+    """Compare substitutes with what experts chose, and with rivals: tables, figures, a report.
+
+    Example: ersatz evaluate household benchmark --out results
+    """
+    from ersatz.evaluation.experiment import run
+    from ersatz.evaluation.report import markdown_table, write
+    from ersatz.evaluation.scenarios import load_scenarios
+    from ersatz.evaluation.survey import add_votes
+    from ersatz.pipeline import ground_blocks
+
+    found = load_scenarios(scenarios)
+    found = add_votes(found, votes) if votes is not None else found
+    with _progress() as report:
+        results = run(
+            _open(location),
+            found,
+            baselines=baseline or (),
+            ground=ground_blocks,
+            resamples=resamples,
+            workers=workers,
+            progress=report,
+        )
+    written = write(results, out)
+    sys.stdout.write(markdown_table(results))
+    _say(f"{out}: {len(written)} files; open {written[0]}")
+
+
+@app.command()
+def survey(
+    location: Location,
+    scenarios: Annotated[str, typer.Argument(help="benchmark, or a file of scenarios (CSV, JSON).")],
+    out: Annotated[Path, typer.Option(help="File the votes are added to.")],
+    pictures: Annotated[Path | None, typer.Option(help="A folder of scans to draw the objects from.")] = None,
+    host: Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to listen on.")] = 8000,
+) -> None:
+    """Ask experts which object they would take, in the browser; votes are on disk at once.
+
+    Example: ersatz survey household benchmark --out votes.csv
+    """
+    from ersatz.evaluation.pictures import find_scans
+    from ersatz.evaluation.scenarios import check_names, load_scenarios
+    from ersatz.evaluation.survey import Survey, VoteFile
+    from ersatz.service.survey_pages import create_survey_app, serve_survey
+
+    found, names = load_scenarios(scenarios), _open(location).known_names("class")
+    check_names(found, names)
+    with VoteFile(out) as file:
+        asked = create_survey_app(Survey(found, file), find_scans(pictures, names) if pictures else None)
+        _say(f"{len(found)} questions at http://{host}:{port}/, votes in {out}; end with Ctrl-C")
+        serve_survey(asked, host, port)
 
 
 def _open(location: str) -> "KnowledgeBase":

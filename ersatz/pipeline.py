@@ -145,6 +145,11 @@ def build(
     return kb
 
 
+def ground_blocks(blocks: Sequence[Block], clusters: int, seed: int) -> KnowledgeBase:
+    """Ground values in memory, with another number of qualities or another seed; for experiments."""
+    return build(blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=20, seed=seed)))
+
+
 @dataclass(frozen=True, slots=True)
 class Held:
     """A quality an object holds, and the value it was assigned by, in the property's unit."""

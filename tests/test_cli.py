@@ -33,6 +33,9 @@ COMMANDS = [
     "check",
     "link",
     "export",
+    "serve",
+    "evaluate",
+    "survey",
 ]
 
 
