@@ -12,16 +12,19 @@ with one name are an error where they meet (`distinct`).
 import re
 import unicodedata
 from collections.abc import Iterable
+from functools import lru_cache
 
 from ersatz.errors import InputError
 from ersatz.knowledge.vocabulary import KB
 
 
+@lru_cache(maxsize=1 << 14)
 def class_name(label: str) -> str:
     """Return the CamelCase local name of an object class."""
     return _guarded("".join(word[0].upper() + word[1:] for word in _words(label)))
 
 
+@lru_cache(maxsize=1 << 14)
 def snake_name(label: str) -> str:
     """Return the snake_case local name of anything but a class."""
     return _guarded("_".join(word.lower() for word in _words(label)))

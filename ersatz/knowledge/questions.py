@@ -16,10 +16,10 @@ One question a file, in SPARQL 1.1, over the default graph. This page is made fr
 `python -m ersatz.knowledge.questions`.
 
 A file begins with a header (`#+ summary:`, `#+ description:`, and `#+ example:` where it has parameters).
-A variable `?_<name>_<type>` is a parameter. `ersatz query` and `KnowledgeBase.ask` check its value and put it in
-as text; another tool needs it replaced by a term. Types: `class`, `instance`, `property`, `quality` and `iri` take
-a name or an IRI, `iris` several of them, `decimal` and `integer` a number below 1e15 with at most 12 digits after
-the point, `string` a text.
+A variable `?_<name>_<type>` is a parameter. `ersatz query` and `KnowledgeBase.ask` check its value and put it
+in as text; another tool needs it replaced by a term. Types: `class`, `instance`, `property`, `quality` and
+`iri` take a name or an IRI, `iris` several of them, `decimal` and `integer` a number below 1e15 with at most
+12 digits after the point, `string` a text.
 
 ## Ask
 
@@ -52,8 +52,8 @@ _FOLDERS: Final = (
     (
         "checks",
         "Checks",
-        "Each returns nothing on a sound knowledge base; `ersatz check KB` runs them all. The summary says what "
-        "holds where nothing is found.",
+        "Each returns nothing on a sound knowledge base; `ersatz check KB` runs them all. The summary says "
+        "what holds where nothing is found.",
     ),
 )
 
@@ -65,8 +65,8 @@ def table_of_questions() -> str:
 
 def _section(folder: str, title: str, about: str) -> Iterator[str]:
     names = [name for name in query_names() if name.rpartition("/")[0] == folder]
-    yield f"\n## {title}\n\n{about}\n\n| name | parameters | {'answers' if folder != 'checks' else 'states'} |\n"
-    yield "|---|---|---|\n"
+    yield f"\n## {title}\n\n{about}\n\n"
+    yield f"| name | parameters | {'states' if folder == 'checks' else 'answers'} |\n|---|---|---|\n"
     for name in names:
         query = stored_query(name)
         yield (

@@ -20,7 +20,6 @@ from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.names import class_iri, class_name, distinct, model_iri, snake_iri, snake_name
 from ersatz.knowledge.terms import (
     decimal,
-    degree,
     degree_text,
     english,
     finite,
@@ -33,6 +32,21 @@ from ersatz.measurements import ORIGINS, Column, Kind, Measurements, Property, S
 
 BUILD: Final = iri(v.KB + "build_1")
 _INDIVIDUAL: Final = str(v.NAMED_INDIVIDUAL)
+_LABEL: Final = str(v.LABEL)
+_DECIMAL: Final = f"^^<{v.XSD}decimal>"
+# As text once: entries are most of a large knowledge base.
+_ENTRY, _HAS_ENTRY, _QUALITY, _COUNT, _TOTAL, _PROPORTION, _REPRESENTATIVE = (
+    str(term)
+    for term in (
+        v.ENTRY,
+        v.HAS_ENTRY,
+        v.QUALITY,
+        v.COUNT,
+        v.TOTAL,
+        v.PROPORTION,
+        v.REPRESENTATIVE_QUALITY,
+    )
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +228,7 @@ def _node(subject: str, *pairs: tuple[object, object]) -> Iterator[str]:
 def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
     yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
     yield f"{subject} {_TYPE} {type_} .\n"
-    yield f"{subject} {v.LABEL} {english(label)} .\n"
+    yield f"{subject} {_LABEL} {english(label)} .\n"
 
 
 def _header() -> Iterator[str]:
@@ -322,23 +336,22 @@ def _entries(
     totals: np.ndarray[tuple[int], np.dtype[np.int64]],
     theta: Fraction,
 ) -> Iterator[str]:
-    names = [name for quality in counts.qualities for name in quality.names]
-    for at in np.flatnonzero(observed):
-        count, total, name = int(observed[at]), int(totals[at]), snake_name(names[at])
-        entry, quality = iri(f"{v.KB}{local}__{name}"), iri(v.KB + name)
-        proportion = proportion_text(count, total)
-        yield f"{model} {v.HAS_ENTRY} {entry} .\n"
-        yield from _individual(
-            entry,
-            v.ENTRY,
-            f"{label}: {name} = {proportion} ({degree_text(count)} of {degree_text(total)})",
-        )
-        yield f"{entry} {v.QUALITY} {quality} .\n"
-        yield f"{entry} {v.COUNT} {degree(count)} .\n"
-        yield f"{entry} {v.TOTAL} {degree(total)} .\n"
-        yield f'{entry} {v.PROPORTION} "{proportion}"^^<{v.XSD}decimal> .\n'
+    names = [snake_name(name) for quality in counts.qualities for name in quality.names]
+    opening = english(label).removesuffix('"@en')
+    for at in np.flatnonzero(observed).tolist():
+        count, total, name = int(observed[at]), int(totals[at]), names[at]
+        entry, quality = f"<{v.KB}{local}__{name}>", f"<{v.KB}{name}>"
+        few, all_, proportion = degree_text(count), degree_text(total), proportion_text(count, total)
+        yield f"{model} {_HAS_ENTRY} {entry} .\n"
+        yield f"{entry} {_TYPE} {_INDIVIDUAL} .\n"
+        yield f"{entry} {_TYPE} {_ENTRY} .\n"
+        yield f'{entry} {_LABEL} {opening}: {name} = {proportion} ({few} of {all_})"@en .\n'
+        yield f"{entry} {_QUALITY} {quality} .\n"
+        yield f'{entry} {_COUNT} "{few}"{_DECIMAL} .\n'
+        yield f'{entry} {_TOTAL} "{all_}"{_DECIMAL} .\n'
+        yield f'{entry} {_PROPORTION} "{proportion}"{_DECIMAL} .\n'
         if count * theta.denominator >= theta.numerator * total:
-            yield f"{model} {v.REPRESENTATIVE_QUALITY} {quality} .\n"
+            yield f"{model} {_REPRESENTATIVE} {quality} .\n"
 
 
 def _means(
