@@ -123,7 +123,7 @@ figcaption,.note{color:#555;font-size:14px}small{color:#666}dt{font-family:monos
 
 
 def _verdict(results: Results) -> str:
-    """Say in a sentence who wins."""
+    """Say in two sentences who wins."""
     best = max(results.standings, key=lambda s: s.metrics["top1"].mean or 0)
     first = results.first
     mine = first.metrics["top1"].mean or 0

@@ -16,13 +16,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Final
+from typing import Final, TypeAlias
 
 from ersatz.errors import ErsatzWarning, InputError, LockedError, UnknownNameError
 from ersatz.evaluation.scenarios import NONE, Scenario, save_scenarios, with_ballots
 
 HEADER: Final = ("scenario", "expert", "choice")
 EXPERT: Final = re.compile(r"[a-z0-9]{1,32}")
+
+
+Vote: TypeAlias = tuple[str, str, str]
+"""Scenario, expert, choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +92,7 @@ class VoteFile:
 
     def ballots(self) -> dict[str, dict[str, str]]:
         """Return the last choice of each expert in each scenario: ballots[scenario][expert]."""
-        found: dict[str, dict[str, str]] = {}
-        for scenario, expert, choice in self.votes:
-            found.setdefault(scenario, {})[expert] = choice
-        return found
+        return last_choices(self.votes)
 
     def _lock(self) -> None:
         try:
@@ -105,30 +106,14 @@ class VoteFile:
                 f"another survey writes to {str(self.path)!r}: stop it, or give another file"
             ) from None
 
-    def _read(self) -> list[tuple[str, str, str]]:
+    def _read(self) -> list[Vote]:
         raw = self.path.read_bytes()
-        whole = raw[: raw.rfind(b"\n") + 1]
-        if len(whole) < len(raw):
-            if raw[:8] != b"scenario"[: len(raw)]:
-                raise InputError(f"{self.path.name} is not a file of votes: its header is {','.join(HEADER)}")
-            warnings.warn(
-                f"{self.path.name} ended in half a line, a vote never acknowledged: "
-                f"{len(raw) - len(whole)} bytes "
-                "dropped",
-                ErsatzWarning,
-                stacklevel=3,
-            )
-            os.ftruncate(self._file, len(whole))
+        votes, whole = parse_votes(raw, self.path.name)
+        if whole < len(raw):
+            os.ftruncate(self._file, whole)
         if not whole:
             self._write(HEADER)
-            return []
-        try:
-            rows = list(csv.reader(io.StringIO(whole.decode("utf-8")), strict=True))
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise InputError(f"{self.path.name} is not a file of votes: {error}") from None
-        if tuple(rows[0]) != HEADER or any(len(row) != len(HEADER) for row in rows):
-            raise InputError(f"{self.path.name} is not a file of votes: its header is {','.join(HEADER)}")
-        return [(row[0], row[1], row[2]) for row in rows[1:]]
+        return votes
 
     def _write(self, row: Sequence[str]) -> None:
         out = io.StringIO()
@@ -211,6 +196,61 @@ class Survey:
         offered = (*self.scenarios[scenario].available, NONE)
         if choice not in offered:
             raise UnknownNameError("choice", choice, offered, f"in scenario {scenario!r}")
+
+
+def parse_votes(raw: bytes, name: str) -> tuple[list[Vote], int]:
+    """Return the votes in the content of a file, and how many bytes are whole lines.
+
+    Raises
+    ------
+    InputError
+        If it is not a file of votes.
+    """
+    whole = raw[: raw.rfind(b"\n") + 1]
+    wrong = InputError(f"{name} is not a file of votes: its header is {','.join(HEADER)}")
+    if len(whole) < len(raw):
+        if raw[:8] != b"scenario"[: len(raw)]:
+            raise wrong
+        warnings.warn(
+            f"{name} ended in half a line, a vote never acknowledged: {len(raw) - len(whole)} bytes dropped",
+            ErsatzWarning,
+            stacklevel=2,
+        )
+    if not whole:
+        return [], 0
+    try:
+        rows = list(csv.reader(io.StringIO(whole.decode("utf-8")), strict=True))
+    except (UnicodeDecodeError, csv.Error):
+        raise wrong from None
+    if tuple(rows[0]) != HEADER or any(len(row) != len(HEADER) for row in rows):
+        raise wrong
+    return [(row[0], row[1], row[2]) for row in rows[1:]], len(whole)
+
+
+def last_choices(votes: Sequence[Vote]) -> dict[str, dict[str, str]]:
+    """Return the last choice of each expert in each scenario: [scenario][expert]."""
+    found: dict[str, dict[str, str]] = {}
+    for scenario, expert, choice in votes:
+        found.setdefault(scenario, {})[expert] = choice
+    return found
+
+
+def add_votes(scenarios: Sequence[Scenario], path: str | Path) -> tuple[Scenario, ...]:
+    """Return the scenarios with the choices in a file of votes; the file is only read.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not a file of votes, or is about other scenarios.
+    """
+    try:
+        raw = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read votes from {str(path)!r}: {error}") from None
+    try:
+        return with_ballots(scenarios, last_choices(parse_votes(raw, Path(path).name)[0]))
+    except UnknownNameError as error:
+        raise InputError(f"{Path(path).name} is of another survey: {error}") from None
 
 
 def check_expert(expert: str) -> None:

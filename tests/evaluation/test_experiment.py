@@ -14,8 +14,10 @@ from ersatz.evaluation.experiment import NESTED, Results, run
 from ersatz.evaluation.report import markdown_table, write, write_tables
 from ersatz.evaluation.resampling import read_values, resampled, to_blocks
 from ersatz.evaluation.scenarios import Scenario, load_scenarios
+from ersatz.evaluation.sweeps import over_objects
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import Measurements
+from tests.conftest import ROOT
 from tests.evaluation.conftest import ground
 
 BASELINES = ["chance", "heaviest", "box-size"]
@@ -120,3 +122,28 @@ def test_the_shipped_benchmark_runs_on_the_shipped_knowledge_base() -> None:
     with KnowledgeBase.open("household") as kb:
         for scenario in load_scenarios("benchmark"):
             assert 0 <= (agree(scenario, Ersatz(kb).answer(scenario)).value["top1"] or 0) <= 1
+
+
+def test_the_table_in_the_readme_is_current() -> None:
+    """Its first figure is; the rest is made by the same command."""
+    from ersatz.evaluation.agreement import agree
+    from ersatz.evaluation.methods import Ersatz
+    from tests.benchmarks.bench_evaluation import BEGIN
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    if BEGIN not in text:
+        pytest.skip("the README has no table of methods")
+    with KnowledgeBase.open("household") as kb:
+        values = [agree(s, Ersatz(kb).answer(s)).value["top1"] or 0 for s in load_scenarios("benchmark")]
+    row = next(line for line in text.splitlines() if line.startswith("| **ERSATZ"))
+    assert f"| {sum(values) / len(values):.2f} (" in row, (
+        "run python -m tests.benchmarks.bench_evaluation --readme"
+    )
+
+
+def test_several_processes_give_the_same(kb: KnowledgeBase, scenarios: tuple[Scenario, ...]) -> None:
+    def quiet(_stage: str, _share: float) -> None:
+        pass
+
+    one = over_objects(kb, scenarios, ground, quiet, resamples=2)
+    assert over_objects(kb, scenarios, ground, quiet, resamples=2, workers=2) == one

@@ -9,7 +9,7 @@ import pytest
 
 from ersatz.errors import ErsatzWarning, InputError, LockedError, UnknownNameError
 from ersatz.evaluation.scenarios import NONE, Scenario, load_scenarios
-from ersatz.evaluation.survey import Survey, VoteFile
+from ersatz.evaluation.survey import Survey, VoteFile, add_votes
 from tests.conftest import ROOT
 
 SCENARIOS = tuple(Scenario(f"q{at}", "tray", ("a", "b", "c")) for at in range(8))
@@ -42,6 +42,7 @@ def test_the_last_vote_counts_and_all_are_kept(tmp_path: Path) -> None:
         survey.vote("ben", "q1", "b")
         survey.export(tmp_path / "judged.csv")
     assert path.read_text() == "scenario,expert,choice\nq1,anna,a\nq1,anna,none\nq1,ben,b\n"
+    assert add_votes(SCENARIOS, path) == load_scenarios(tmp_path / "judged.csv")
     judged = {s.id: s for s in load_scenarios(tmp_path / "judged.csv")}
     assert judged["q1"].ballots == {"anna": NONE, "ben": "b"}
     assert not judged["q2"].judged
@@ -61,6 +62,10 @@ def test_refuses_votes_that_make_no_sense(tmp_path: Path) -> None:
         survey.vote("anna", "q1", "a")
         with pytest.raises(InputError, match="another survey"):
             Survey(SCENARIOS[2:], votes)
+        with pytest.raises(InputError, match="another survey"):
+            add_votes(SCENARIOS[2:], votes.path)
+    with pytest.raises(InputError, match="cannot read votes"):
+        add_votes(SCENARIOS, tmp_path / "nothing.csv")
 
 
 @pytest.mark.parametrize("torn", [b"q2,ben", b"q2,ben,b", b"\xff"])

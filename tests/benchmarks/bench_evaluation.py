@@ -1,0 +1,64 @@
+"""Regenerate the README's table of methods on the shipped benchmark.
+
+    python -m tests.benchmarks.bench_evaluation [--readme] [--out DIR] [--workers 1]
+
+Without `--readme` it prints the table. `--out` also writes the whole experiment, sweeps and resampling too.
+The affordance rival takes part where the shared data is.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from ersatz.evaluation.experiment import run
+from ersatz.evaluation.report import markdown_table, write
+from ersatz.evaluation.scenarios import load_scenarios
+from ersatz.grounding.subcategorization import SubcategorizationSettings
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.measurements import Block
+from ersatz.pipeline import Settings, build
+from tests.conftest import DATA, ROOT
+
+BEGIN, END = "<!-- methods on the benchmark -->", "<!-- end of methods -->"
+AFFORDANCES = DATA / "affordances" / "affordance_data.csv"
+
+
+def ground(blocks: Sequence[Block], clusters: int, seed: int) -> KnowledgeBase:
+    """Ground blocks; few restarts, for it is done often."""
+    return build(
+        blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=10, seed=seed))
+    )
+
+
+def main() -> None:
+    """Run the experiment and put its table where it belongs."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--readme", action="store_true")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--workers", type=int, default=1)
+    options = parser.parse_args()
+    results = run(
+        KnowledgeBase.open("household"),
+        load_scenarios("benchmark"),
+        baselines=[f"affordances={AFFORDANCES}"] if AFFORDANCES.is_file() else [],
+        ground=ground if options.out else None,
+        workers=options.workers,
+        progress=lambda stage, share: print(f"{share:4.0%} {stage}", file=sys.stderr),
+    )
+    if options.out:
+        write(results, options.out)
+    table = markdown_table(results)
+    if options.readme:
+        path = ROOT / "README.md"
+        before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
+        after = rest.partition(END)[2]
+        if not begin or not after:
+            sys.exit(f"the README has no place for the table: write {BEGIN} and {END}")
+        path.write_text(f"{before}{BEGIN}\n{table}{END}{after}", encoding="utf-8")
+    else:
+        print(table)
+
+
+if __name__ == "__main__":
+    main()
