@@ -158,8 +158,8 @@ def _mend(
             lower = rank_substitutes(kb, scenario.missing, scenario.available, settings=settings)
             if lower.status is Status.OK:
                 fits = "then right" if lower[0].name in scenario.modes() else "then wrong all the same"
-                return f"an answer from a relevance tolerance of {float(level):g} on: {fits}"
-        return "no relevance tolerance gives an answer: its function models share no quality with it"
+                return f"an answer at a relevance tolerance of {float(level):g} or less, {fits}"
+        return "no relevance tolerance gives an answer: no function typical of it shares a quality with it"
     if wrong is None or right is None:
         return ""
     have, want = {one.quality for one in wrong.shared}, {one.quality for one in right.shared}

@@ -202,12 +202,7 @@ def generate(classes: Sequence[str], candidates: int = 5, seed: int = 0) -> tupl
         )
     chance = random.Random(f"ersatz scenarios {seed}")
     return tuple(
-        Scenario(
-            f"q{number:02d}",
-            name,
-            tuple(chance.sample([n for n in names if n != name], candidates)),
-            f"The {name} you need is not here.",
-        )
+        Scenario(f"q{number:02d}", name, tuple(chance.sample([n for n in names if n != name], candidates)))
         for number, name in enumerate(names, 1)
     )
 
