@@ -29,6 +29,8 @@ _PROLOGUE: Final = re.compile(r"(?:\s+|#[^\n]*|BASE\s*<[^>]*>|PREFIX\s*[^\s:]*:\
 _DATASET: Final = re.compile(r"\bFROM\s+(?:NAMED\s+)?(?:<[^>]*>|[^\s{<]+)", re.IGNORECASE)
 _TEMPLATE: Final = re.compile(r"CONSTRUCT\s*(?:\{[^{}]*\})?", re.IGNORECASE)
 
+_NO: Final = b'{"head": {}, "boolean": false}'
+
 
 class RemoteStore:
     """A SPARQL 1.1 Protocol endpoint.
@@ -126,6 +128,8 @@ class RemoteStore:
             raise self._nonsense(f"{media} for results as JSON")
         try:
             results = ox.parse_query_results(body, format=ox.QueryResultsFormat.JSON)
+            if kind is ox.QueryBoolean and _is_virtuosos_no(results):
+                return ox.parse_query_results(_NO, format=ox.QueryResultsFormat.JSON), 1
             if not isinstance(results, kind):
                 raise self._nonsense("another kind of result than was asked for")
             rows = sum(1 for _ in results) if isinstance(results, ox.QuerySolutions) else 1
@@ -167,6 +171,13 @@ class RemoteStore:
         if isinstance(answer, KnowledgeBaseError):
             raise answer
         return answer
+
+
+def _is_virtuosos_no(results: Results) -> bool:
+    """Tell whether this is how Virtuoso says no to some an ASK: as a table without rows."""
+    if not isinstance(results, ox.QuerySolutions):
+        return False
+    return [one.value for one in results.variables] == ["__ASK_RETVAL"] and not any(True for _ in results)
 
 
 def _exchange(request: Request, timeout: float) -> tuple[bytes, str] | KnowledgeBaseError:

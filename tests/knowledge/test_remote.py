@@ -13,7 +13,7 @@ from ersatz.errors import ErsatzError, InputError, KnowledgeBaseError, LockedErr
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.queries import Argument, query_names, stored_query
 from ersatz.knowledge.remote import RemoteStore
-from ersatz.reasoner.substitution import rank_substitutes
+from ersatz.reasoner.substitution import Substitute, rank_substitutes
 from ersatz.resources import ONTOLOGY
 from tests.cli import Shell
 from tests.knowledge.endpoints import Endpoint, Respond, evaluate, misbehaving, oxigraph, send, virtuoso
@@ -68,17 +68,26 @@ def arguments_of(name: str) -> dict[str, Argument]:
 
 def outcome(kb: KnowledgeBase, name: str) -> object:
     """Return the rows of an answer in some fixed order, or what is wrong with the question."""
+    arguments = arguments_of(name)
+    remembered = kb.ask("substitution_models") if "model" in arguments else ()
+    if remembered:
+        arguments["model"] = str(remembered[0]["model"])
     try:
-        return sorted((tuple(map(plain, row)) for row in kb.ask(name, **arguments_of(name)).rows), key=repr)
+        return sorted((tuple(map(plain, row)) for row in kb.ask(name, **arguments).rows), key=repr)
     except InputError as error:
         return type(error), str(error).replace(kb.location, "")
     except KeyError as error:
         return type(error), str(error).replace(kb.location, "")
 
 
+def fields(one: Substitute) -> tuple[object, ...]:
+    """Return what a ranking says of one candidate."""
+    return one.iri, one.kind, one.fraction, one.accepted, one.flags
+
+
 def plain(value: object) -> object:
     """Return a number as a float, for Virtuoso's decimals are of another scale and its booleans numbers."""
-    return value if isinstance(value, str) or value is None else float(str(value * 1))  # type: ignore[operator]
+    return value if isinstance(value, str) or value is None else round(float(value), 12)
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
@@ -102,7 +111,7 @@ def test_every_ranking_is_the_same(pairs: list[tuple[KnowledgeBase, KnowledgeBas
     for file, remote in pairs:
         for tool in file.known_names("class"):
             expected, found = rank_substitutes(file, tool), rank_substitutes(remote, tool)
-            assert list(found) == list(expected)
+            assert [fields(one) for one in found] == [fields(one) for one in expected]
             assert found.status == expected.status
             compared += len(expected)
     assert compared > 200
@@ -112,7 +121,7 @@ def test_all_triples_come_or_none(pairs: list[tuple[KnowledgeBase, KnowledgeBase
     for file, remote in pairs:
         assert remote.revision == file.revision
         expected = lines_of(file)
-        if "8890" in remote.location or (len(expected) > 10_000 and "/sparql?" in remote.location):
+        if len(expected) > 10_000 and "/sparql?" in remote.location:
             with pytest.raises(KnowledgeBaseError, match=rf"10000 of {len(expected)} rows: ask for less"):
                 remote.triples()
             with pytest.raises(KnowledgeBaseError, match="10000 of"):
@@ -149,7 +158,7 @@ def test_an_answer_remembered_at_an_endpoint_is_found_until_knowledge_changes(wr
     ranking = rank_substitutes(kb, "tray", remember=True)
     again = KnowledgeBase.open(writable)
     assert again.substitution_model("tray") is not None
-    assert list(rank_substitutes(again, "tray")) == list(ranking)
+    assert [fields(one) for one in rank_substitutes(again, "tray")] == [fields(one) for one in ranking]
     again.forget("plate 1")
     assert KnowledgeBase.open(writable).substitution_model("tray") is None
 
@@ -263,7 +272,7 @@ def test_a_bad_answer_is_one_clear_error(what: str, ersatz: Shell) -> None:
 def test_nobody_there_is_one_clear_error(ersatz: Shell) -> None:
     with misbehaving(page) as url:
         pass
-    run = ersatz("substitute", url, "tray")
+    run = ersatz("show", url)
     assert (run.code, run.out) == (2, "")
     assert "cannot reach" in run.err
 
@@ -291,11 +300,8 @@ def limited(rows: int, seen: list[str]) -> Respond:
     def respond(handler: BaseHTTPRequestHandler, form: dict[str, str]) -> None:
         text = form["query"]
         seen.append(text)
-        if text.lstrip().startswith(("SELECT ?s", "PREFIX")) and "COUNT(*)" not in text:
-            text += f"\nLIMIT {rows}" if "LIMIT" not in text else ""
-        if text.startswith("CONSTRUCT"):
-            text += f"\nLIMIT {rows}"
-        send(handler, *evaluate(engine, text))
+        cut = "" if "COUNT(*)" in text or "LIMIT" in text or "ASK" in text else f"\nLIMIT {rows}"
+        send(handler, *evaluate(engine, text + cut))
 
     return respond
 
