@@ -3,9 +3,12 @@
 import sys
 import tempfile
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
-from tests.service.browser import browser
+import numpy as np
+
+from tests.service.browser import Browser, browser
 from tests.service.conftest import start
 
 PAGES = {
@@ -24,34 +27,55 @@ PAGES = {
     "checks": "/checks",
     "ground": "/ground",
 }
+LOOKS = ("home", "class", "substitution", "property")
+"""Pages also shown dark, and on a narrow screen."""
+
+SLOW = ("checks", "sparql", "graph", "ground")
+
+
+def write_board(path: Path) -> None:
+    """Write the surface of a board of 45 x 30 x 2 cm as a cloud."""
+    generator = np.random.default_rng(0)
+    up, back, right = np.array([0, 0, 0.02]), np.array([0, 0.30, 0]), np.array([0.45, 0, 0])
+    flat = generator.random((6000, 3)) * [0.45, 0.30, 0.0]
+    side = generator.random((1200, 3)) * [0.45, 0.0, 0.02]
+    end = generator.random((800, 3)) * [0.0, 0.30, 0.02]
+    cloud = np.vstack([flat, flat + up, side, side + back, end, end + right])
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(cloud)}\n{axes}end_header\n"
+    path.write_text(head + "\n".join(" ".join(f"{value:.5f}" for value in point) for point in cloud) + "\n")
 
 
 def main() -> None:
     """Start a service, open every page, and write what it looks like; some also dark, and narrow."""
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    chosen = set(sys.argv[3:])
     with tempfile.TemporaryDirectory() as folder:
+        scan = Path(folder) / "board.ply"
+        write_board(scan)
         server = start(sys.argv[2] if len(sys.argv) > 2 else "household", Path(folder) / "log")
         try:
             for look, dark, width in (("", False, 1360), ("_dark", True, 1360), ("_narrow", False, 420)):
                 with browser(server.url, Path(folder) / f"profile{look}", dark=dark, width=width) as window:
-                    for name, path in PAGES.items():
-                        if (look and name not in ("class", "substitution", "property", "home")) or chosen - {
-                            name
-                        } == chosen != set():
-                            continue
-                        window.open(path)
-                        time.sleep(4.0 if name in ("checks", "sparql", "graph") else 1.5)
-                        height = int(str(window.driver.execute_script("return document.body.scrollHeight")))
-                        window.driver.set_window_size(width, min(max(height + 90, 800), 2400))
-                        time.sleep(0.4)
-                        window.driver.save_screenshot(str(out / f"{name}{look}.png"))
-                        window.driver.set_window_size(width, 900)
-                        for line in window.complaints():
-                            sys.stderr.write(f"{name}: {line}\n")
+                    for name in PAGES if not look else LOOKS:
+                        _picture(window, name, scan, width, out / f"{name}{look}.png")
         finally:
             server.stop()
+
+
+def _picture(window: Browser, name: str, scan: Path, width: int, out: Path) -> None:
+    window.open(PAGES[name])
+    if name == "ground" and find_spec("open3d") is not None:
+        window.find("input[type=file]").send_keys(str(scan))
+        window.sees("WHAT WAS MEASURED", 120)
+    time.sleep(4.0 if name in SLOW else 1.5)
+    height = int(str(window.driver.execute_script("return document.body.scrollHeight")))
+    window.driver.set_window_size(width, min(max(height + 90, 800), 2400))
+    time.sleep(0.4)
+    window.driver.save_screenshot(str(out))
+    window.driver.set_window_size(width, 900)
+    for line in window.complaints():
+        sys.stderr.write(f"{name}: {line}\n")
 
 
 if __name__ == "__main__":

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 from selenium.webdriver.common.by import By
 
 from tests.service.browser import Browser, browser
 from tests.service.conftest import Server
-from tests.service.screenshots import PAGES
+from tests.service.screenshots import PAGES, write_board
 
 EXPECTED = {
     "home": "The tool is missing. What will do?",
@@ -152,7 +151,7 @@ def test_narrow_screens_do_not_scroll_sideways(window: Browser) -> None:
 def test_upload_a_scan(window: Browser, tmp_path: Path) -> None:
     pytest.importorskip("open3d")
     scan = tmp_path / "board.ply"
-    _write_board(scan)
+    write_board(scan)
     window.open("/ground")
     window.find("input[type=file]").send_keys(str(scan))
     assert window.sees("WHAT WAS MEASURED", 120)
@@ -169,16 +168,3 @@ def test_a_file_that_is_no_scan_is_refused(window: Browser, tmp_path: Path) -> N
     window.find("input[type=file]").send_keys(str(scan))
     window.until("return document.querySelector('.notice.bad') !== null", 60)
     assert str(tmp_path) not in window.text()
-
-
-def _write_board(path: Path) -> None:
-    """Write the surface of a board of 45 x 30 x 2 cm as a cloud."""
-    generator = np.random.default_rng(0)
-    up, back, right = np.array([0, 0, 0.02]), np.array([0, 0.30, 0]), np.array([0.45, 0, 0])
-    flat = generator.random((6000, 3)) * [0.45, 0.30, 0.0]
-    side = generator.random((1200, 3)) * [0.45, 0.0, 0.02]
-    end = generator.random((800, 3)) * [0.0, 0.30, 0.02]
-    cloud = np.vstack([flat, flat + up, side, side + back, end, end + right])
-    axes = "".join(f"property float {axis}\n" for axis in "xyz")
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(cloud)}\n{axes}end_header\n"
-    path.write_text(head + "\n".join(" ".join(f"{value:.5f}" for value in point) for point in cloud) + "\n")

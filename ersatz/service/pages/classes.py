@@ -188,7 +188,7 @@ def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> None:
     with ui.element("div").classes("line"):
         ui.label("Representative from").classes("soft")
         slider = ui.slider(min=0.05, max=1, step=0.05, value=float(theta)).classes("grow")
-        slider.props('label-always aria-label="Threshold theta" color=teal-8')
+        slider.props('label aria-label="Threshold theta" color=teal-8')
         says = ui.label().classes("soft")
 
     def mark() -> None:

@@ -88,10 +88,11 @@ def add(service: Service) -> None:
                 else:
                     ui.label("This knowledge base holds no single measurements of it.").classes("soft")
             with card("Its qualities"):
+                bounds = [] if found.axes else [f"above ({unit})", f"up to ({unit})"]
                 table(
-                    ["quality", "rank", f"centroid ({unit})", f"above ({unit})", f"up to ({unit})", "cut by"],
+                    ["quality", "rank", f"centroid ({unit})", *bounds, "cut by"],
                     found.qualities,
-                    numeric=(1, 2, 3, 4),
+                    numeric=range(1, 3 + len(bounds)),
                 )
 
     _add_qualities(service)
@@ -183,11 +184,15 @@ class _Values:
         rows = [row for row in kb.ask("qualities") if row["property"] == iri]
         self.names = [local_name(str(row["quality"])) for row in rows]
         self.cuts = [float(str(row["upper"])) for row in rows if row["upper"] is not None]
+        places: dict[str, list[str]] = {}
+        for row in kb.ask("quality_coordinates") if self.axes else ():
+            places.setdefault(str(row["quality"]), []).append(_short(row["coordinate"]))
         self.qualities = [
             (
                 (words_of(local_name(str(row["quality"]))), page_of("quality", str(row["quality"]))),
                 row["rank"],
-                *(_short(row[name]) for name in ("centroid", "lower", "upper")),
+                " × ".join(places.get(str(row["quality"]), [])) or _short(row["centroid"]),
+                *(_short(row[name]) for name in (() if self.axes else ("lower", "upper"))),
                 str(row["method"] or ""),
             )
             for row in rows
