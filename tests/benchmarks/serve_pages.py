@@ -52,7 +52,9 @@ def main() -> None:
             ("household", (("/", "What will do"), ("/classes/Tray", "Known from"))),
             (str(folder / "large.nt"), (("/", "What will do"), ("/classes/Thing42", "Known from"))),
         ):
-            server = start(location, folder / "log")
+            begun = time.perf_counter()
+            server = start(location, folder / "log", patience=300)
+            sys.stdout.write(f"{Path(location).stem:10} started in {time.perf_counter() - begun:.1f} s\n")
             try:
                 with browser(server.url, folder / f"profile{len(location)}") as window:
                     for path, words in paths:

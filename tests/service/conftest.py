@@ -77,7 +77,7 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def start(location: str | Path, log: Path, **settings: object) -> Server:
+def start(location: str | Path, log: Path, *, patience: int = 60, **settings: object) -> Server:
     """Start a service and wait until it answers."""
     port = free_port()
     with log.open("wb") as out:
@@ -89,7 +89,7 @@ def start(location: str | Path, log: Path, **settings: object) -> Server:
             env={**os.environ, "OMP_NUM_THREADS": "1"},
         )
     server = Server(port, process, log)
-    for _ in range(600):
+    for _ in range(10 * patience):
         if process.poll() is not None:
             raise AssertionError(f"the service ended: {log.read_text()}")
         try:
@@ -97,7 +97,8 @@ def start(location: str | Path, log: Path, **settings: object) -> Server:
                 return server
         except OSError:
             time.sleep(0.1)
-    raise AssertionError("the service did not start within a minute")
+    process.kill()
+    raise AssertionError(f"the service did not start within {patience} s")
 
 
 @pytest.fixture(scope="session")

@@ -24,6 +24,7 @@ from ersatz.service.pages.frame import (
     table,
     words_of,
 )
+from ersatz.service.pages.individuals import unit_words
 from ersatz.service.pages.properties import COLOURS
 from ersatz.service.service import Service
 
@@ -98,7 +99,7 @@ def _draw(service: Service, found: Grounded) -> None:
                     (
                         (words_of(one.name), page_of("property", one.iri)),
                         " × ".join(f"{value:.4g}" for value in one.values),
-                        one.unit,
+                        unit_words(one.unit),
                         (words_of(one.quality), page_of("quality", one.quality_iri))
                         if one.quality
                         else "not in this knowledge base",
@@ -108,7 +109,9 @@ def _draw(service: Service, found: Grounded) -> None:
                 numeric=(1,),
             )
     with card("Most like it"):
-        ui.label("Share of its qualities' properties in which a class is typically the same").classes("faint")
+        ui.label(
+            "Jaccard similarity of its qualities with those typical of a class, over the measured properties"
+        ).classes("faint")
         with (
             ui.element("div")
             .classes("bars")
@@ -134,8 +137,8 @@ def _scene(found: Grounded) -> None:
     palette = np.array([[int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)] for colour in COLOURS])
     colours = palette[found.segments[chosen] % len(palette)]
     with ui.scene(width=520, height=400, grid=False, background_color="#f5f7f8") as scene:
-        scene.point_cloud(points.tolist(), colours.tolist(), point_size=0.035)
-        scene.move_camera(x=3.2, y=-3.2, z=2.2, look_at_x=0, look_at_y=0, look_at_z=0, duration=0)
+        scene.point_cloud(points.tolist(), colours.tolist(), point_size=0.06)
+        scene.move_camera(x=2.1, y=-2.1, z=1.7, look_at_x=0, look_at_y=0, look_at_z=0, duration=0)
     scene.style("width: 100%; max-width: 100%; border-radius: 8px; overflow: hidden")
 
 

@@ -1,5 +1,6 @@
 """The first page: what there is, and the question it is all about."""
 
+from typing import Final
 from urllib.parse import quote
 
 from nicegui import ui
@@ -22,6 +23,8 @@ from ersatz.service.pages.frame import (
 )
 from ersatz.service.service import Service
 
+MOST_OFFERED: Final = 400
+
 
 def add(service: Service) -> None:
     """Add the page, and the one that leads from any name to its own."""
@@ -38,7 +41,11 @@ def add(service: Service) -> None:
             with card(), ui.element("div").classes("line"):
                 names = sorted(name for _, name, _ in seen.classes)
                 missing = ui.select(
-                    names[:5000], label="Missing tool", with_input=True, value=_first(names)
+                    offered(names, _first(names)),
+                    label="Missing tool",
+                    with_input=True,
+                    new_value_mode="add-unique",
+                    value=_first(names),
                 ).classes("grow")
                 ui.button("Find substitutes", icon="search").props("unelevated color=teal-8").on_click(
                     lambda: ui.navigate.to(link_to("/substitution", missing=missing.value))
@@ -73,6 +80,11 @@ def add(service: Service) -> None:
         with frame(service, "Unknown"):
             notice(f"Nothing here is called {name!r}.", bad=True)
         return None
+
+
+def offered(names: list[str], *chosen: str | None) -> list[str]:
+    """Return the names a field offers: not more than a page bears; others can be typed."""
+    return sorted({*names[:MOST_OFFERED], *(one for one in chosen if one)})
 
 
 def _first(names: list[str]) -> str | None:

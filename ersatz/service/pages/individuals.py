@@ -132,7 +132,15 @@ def _measured(kb: KnowledgeBase, iri: str, held: list[str]) -> list[tuple[Any, .
 
 def unit_of(known: dict[str, dict[str, Any]], prop: str) -> str:
     """Return the unit of a property as a person reads it."""
-    unit = str(known.get(prop, {}).get("unit") or "1")
+    return unit_words(str(known.get(prop, {}).get("unit") or "1"))
+
+
+def unit_words(unit: str) -> str:
+    """Return a unit as a person reads it.
+
+    >>> unit_words("m2"), unit_words("1")
+    ('m²', 'dimensionless')
+    """
     return {"1": "dimensionless", "m2": "m²", "m3": "m³", "kg m2": "kg m²"}.get(unit, unit)
 
 

@@ -30,6 +30,7 @@ from ersatz.service.pages.frame import (
     text,
     words_of,
 )
+from ersatz.service.pages.home import offered
 from ersatz.service.rest import remembered
 from ersatz.service.service import Service
 
@@ -129,9 +130,14 @@ def _controls(view: View, names: list[str], things: list[str], draw: Any) -> Non
 
     def choose(label: str, options: list[str], name: str, *, several: bool) -> None:
         value = getattr(view, name)
-        options = sorted({*options[:5000], *(value if several else [value] * bool(value))})
+        options = offered(options, *(value if several else [value]))
         box = ui.select(
-            options, label=label, value=value or ([] if several else None), with_input=True, multiple=several
+            options,
+            label=label,
+            value=value or ([] if several else None),
+            with_input=True,
+            new_value_mode="add-unique",
+            multiple=several,
         )
         box.props("outlined dense use-chips" if several else "outlined dense").style(
             "width: 100%; margin-bottom: 12px"
