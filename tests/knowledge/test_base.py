@@ -7,6 +7,7 @@ from typing import Any, NoReturn
 
 import pytest
 import rdflib
+from rdflib.graph import ModificationException, UnSupportedAggregateOperation
 from rdflib.term import Node
 
 from ersatz.errors import InputError
@@ -21,6 +22,7 @@ SUFFIXES = tuple(
 )
 PLACES = (*SUFFIXES, "")
 """The name of a file, or of a directory."""
+REFUSALS = (ModificationException, UnSupportedAggregateOperation, NotImplementedError, TypeError)
 LABEL = rdflib.RDFS.label
 Triple = tuple[Node, Node, Node]
 EXTRA: Triple = (rdflib.URIRef("urn:a"), LABEL, rdflib.Literal("a"))
@@ -122,7 +124,10 @@ def test_the_graph_is_read_only(saved: Path, suffix: str, how: str) -> None:
         with pytest.raises(Exception) as error:
             attempts(kb.graph)[how]()
         assert lines_of(kb) == before
-        assert type(error.value).__name__ in ("ModificationException", "NotImplementedError")
+        assert isinstance(
+            error.value,
+            (ModificationException, UnSupportedAggregateOperation, NotImplementedError, TypeError),
+        )
 
 
 @pytest.mark.parametrize("file", [ONTOLOGY / "household.ttl", ONTOLOGY / "household.owl"], ids=str)
