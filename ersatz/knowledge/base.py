@@ -136,7 +136,7 @@ class KnowledgeBase:
             engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
         kb = cls(MemoryStore(engine, str(path or "a knowledge base in memory")))
         if path is not None:
-            kb.save(path)
+            write(kb.triples(), path)
         return kb
 
     @property
@@ -350,7 +350,7 @@ class KnowledgeBase:
         target = Path(path if path is not None else self.location)
         if isinstance(self._store, DirectoryStore) and target.resolve() == self._store.path.resolve():
             return
-        if target.parent == ONTOLOGY and target.stem in SHIPPED and path is None:
+        if target.resolve() in {(ONTOLOGY / f"{name}.ttl").resolve() for name in SHIPPED}:
             raise InputError(
                 f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}"
             )

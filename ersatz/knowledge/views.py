@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import pyoxigraph as ox
 
@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 def rdflib_graph(store: Store, triples: Callable[[], Iterable[ox.Triple]]) -> "rdflib.Graph":
     """Return a read-only rdflib graph over the triples; a file's is a view, the others' a copy."""
     import rdflib
-    from rdflib.graph import ReadOnlyGraphAggregate
+    from rdflib.graph import ModificationException, ReadOnlyGraphAggregate
+
+    class _ReadOnly(ReadOnlyGraphAggregate):
+        def update(self, *_: object, **__: object) -> NoReturn:
+            raise ModificationException  # rdflib would say nothing to CLEAR
 
     if isinstance(store, MemoryStore):
         from oxrdflib import OxigraphStore
@@ -28,7 +32,7 @@ def rdflib_graph(store: Store, triples: Callable[[], Iterable[ox.Triple]]) -> "r
     else:
         lines = "".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples())
         graph = rdflib.Graph().parse(data=lines, format="nt")
-    view = ReadOnlyGraphAggregate([graph])
+    view = _ReadOnly([graph])
     for prefix, namespace in v.PREFIXES.items():
         view.namespace_manager.store.bind(prefix, rdflib.URIRef(namespace))
     return view
