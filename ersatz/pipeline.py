@@ -147,7 +147,9 @@ def build(
 
 def ground_blocks(blocks: Sequence[Block], clusters: int, seed: int) -> KnowledgeBase:
     """Ground values in memory, with another number of qualities or another seed; for experiments."""
-    return build(blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=20, seed=seed)))
+    return build(
+        blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=20, seed=seed))
+    )
 
 
 @dataclass(frozen=True, slots=True)
