@@ -580,6 +580,24 @@ def evaluate(
     _say(f"{out}: {len(written)} files; open {written[0]}")
 
 
+@app.command("scenarios")
+def draw_scenarios(
+    location: Location,
+    out: Annotated[Path, typer.Argument(help="CSV or JSON file to write.")],
+    candidates: Annotated[int, typer.Option(help="Objects at hand in each.")] = 5,
+    seed: Annotated[int, typer.Option(help="Of the draw.")] = 0,
+) -> None:
+    """Draw one question a class with random objects at hand, as the paper did.
+
+    Example: ersatz scenarios household queries.csv
+    """
+    from ersatz.evaluation.scenarios import generate, save_scenarios
+
+    drawn = generate(_open(location).known_names("class"), candidates, seed)
+    save_scenarios(drawn, out)
+    _say(f"{out}: {len(drawn)} scenarios")
+
+
 @app.command()
 def survey(
     location: Location,

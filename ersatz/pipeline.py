@@ -147,9 +147,8 @@ def build(
 
 def ground_blocks(blocks: Sequence[Block], clusters: int, seed: int) -> KnowledgeBase:
     """Ground values in memory, with another number of qualities or another seed; for experiments."""
-    return build(
-        blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=20, seed=seed))
-    )
+    qualities = SubcategorizationSettings(clusters, restarts=20, seed=seed)
+    return build(blocks=blocks, settings=Settings(qualities))
 
 
 @dataclass(frozen=True, slots=True)

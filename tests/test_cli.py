@@ -35,6 +35,7 @@ COMMANDS = [
     "export",
     "serve",
     "evaluate",
+    "scenarios",
     "survey",
 ]
 

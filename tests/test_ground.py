@@ -9,10 +9,11 @@ import pytest
 from ersatz.acquisition.layouts import FolderSettings, list_scans, views_of
 from ersatz.acquisition.measuring import measure_scans
 from ersatz.acquisition.shape_concepts import ShapeConcepts
+from ersatz.errors import ErsatzWarning
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import rounded
 from ersatz.pipeline import build, ground
-from ersatz.resources import ONTOLOGY
+from ersatz.resources import DATA, ONTOLOGY
 from tests.cli import Shell
 
 APPLE = Path("washington_sample") / "apple_1_1_1.pcd"
@@ -100,7 +101,8 @@ def test_measurement_beats_judgement(shared_data: Path, tmp_path: Path) -> None:
     folder.mkdir(parents=True)
     (folder / source.name).symlink_to(source)
     out = tmp_path / "kb.ttl"
-    kb = build(scans=tmp_path / "scans", expert=ONTOLOGY.parent / "ersatz" / "data" / "expert.toml", out=out)
+    with pytest.warns(ErsatzWarning, match="1 instead of 4 qualities"):
+        kb = build(scans=tmp_path / "scans", expert=DATA / "expert.toml", out=out)
     origin = {
         str(row["property"]).rpartition("#")[2]: str(row["origin"]).rpartition("#")[2]
         for row in kb.ask("instance_measurements", instance="bowl_x")
