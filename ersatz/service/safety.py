@@ -32,6 +32,9 @@ _HEADERS: Final = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
 }
 
+MOST_HEAD: Final = 64 << 10
+"""Bytes the head of a request may have."""
+
 _LONGEST_PATH: Final = 2048
 
 
@@ -81,6 +84,8 @@ class Guard:
 
     def _refused(self, scope: Scope) -> tuple[int, str] | None:  # noqa: PLR0911 # one line a rule
         headers = Headers(scope=scope)
+        if sum(len(name) + len(value) for name, value in scope["headers"]) > MOST_HEAD:
+            return 431, "the head of the request is too long"
         if len(headers.getlist("host")) != 1:
             return 400, "a request names one host"
         host = _host(headers.get("host", ""))

@@ -11,6 +11,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.service.app import create_app
+from ersatz.service.safety import MOST_HEAD
 from ersatz.service.settings import LOOPBACK, ServiceSettings
 
 GRACE_SECONDS: Final = 5
@@ -18,9 +19,6 @@ GRACE_SECONDS: Final = 5
 
 HEAD_SECONDS: Final = 10.0
 """How long a client may take to send the head of its first request."""
-
-MOST_HEAD: Final = 64 << 10
-"""Bytes the head of a request may have."""
 
 
 class PatientProtocol(HttpToolsProtocol):

@@ -3,17 +3,15 @@
 from fastapi import FastAPI
 from nicegui import ui
 
-from ersatz.service.pages import (
-    ask,
-    checks,
-    classes,
-    graph,
-    ground,
-    home,
-    individuals,
-    properties,
-    substitution,
-)
+from ersatz.service.pages.ask import add as add_ask
+from ersatz.service.pages.checks import add as add_checks
+from ersatz.service.pages.classes import add as add_classes
+from ersatz.service.pages.graph import add as add_graph
+from ersatz.service.pages.ground import add as add_ground
+from ersatz.service.pages.home import add as add_home
+from ersatz.service.pages.individuals import add as add_individuals
+from ersatz.service.pages.properties import add as add_properties
+from ersatz.service.pages.substitution import add as add_substitution
 from ersatz.service.service import Service
 
 _ICON = (
@@ -25,8 +23,18 @@ _ICON = (
 
 def add_pages(app: FastAPI, service: Service) -> None:
     """Add all pages to an application. NiceGUI keeps one set of pages a process: the last service's."""
-    for module in (home, classes, individuals, properties, substitution, ask, graph, checks, ground):
-        module.add(service)
+    for add in (
+        add_home,
+        add_classes,
+        add_individuals,
+        add_properties,
+        add_substitution,
+        add_ask,
+        add_graph,
+        add_checks,
+        add_ground,
+    ):
+        add(service)
     ui.run_with(
         app,
         title="ERSATZ",
