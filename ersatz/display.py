@@ -12,12 +12,12 @@ from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import Answer, Query, Value
 from ersatz.knowledge.terms import degree_text
-from ersatz.knowledge.validation import Report
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
 from ersatz.reasoner.substitution import Ranking, Status
 
 if TYPE_CHECKING:
+    from ersatz.knowledge.validation import Report
     from ersatz.pipeline import Grounded
 
 BAR = 10
@@ -105,7 +105,7 @@ def show_thing(console: Console, kb: KnowledgeBase, name: str) -> None:
         console.print(answer_table(kb.ask("classes_with_quality", quality=iri)))
 
 
-def show_report(console: Console, report: Report) -> None:
+def show_report(console: Console, report: "Report") -> None:
     """Print what a check found, and what it could not try."""
     for finding in report.findings:
         console.print(f"[red]{finding.rule}[/red]  [bold]{shown(finding.entity)}[/bold]", highlight=False)

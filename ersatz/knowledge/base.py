@@ -20,7 +20,6 @@ from ersatz.knowledge.queries import (
     stored_query,
     value_of,
 )
-from ersatz.knowledge.remote import RemoteStore
 from ersatz.knowledge.stores import (
     FORMATS,
     DirectoryStore,
@@ -105,6 +104,8 @@ class KnowledgeBase:
         """
         name = str(location)
         if name.startswith(("http://", "https://")):
+            from ersatz.knowledge.remote import RemoteStore
+
             return cls(RemoteStore(name, update))
         path = ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(location)
         if path.is_dir():

@@ -152,10 +152,7 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
             raise InputError(
                 f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
             )
-    physical = knowledge.mask(Kind.PHYSICAL, settings.properties)
-    functional = knowledge.mask(Kind.FUNCTIONAL, settings.properties)
-    if settings.above_lowest:
-        functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
+    physical, functional = in_use(knowledge, settings)
     bits = knowledge.classes.representative(settings.representative)
     function_bits = knowledge.functions.representative(settings.representative) & physical
     position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
@@ -168,6 +165,15 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
         pack(function_bits),
         np.array([position[iri] for iri in knowledge.functions.iris], dtype=np.int64),
     )
+
+
+def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the physical and the functional qualities to reason with, (q,) each."""
+    physical = knowledge.mask(Kind.PHYSICAL, settings.properties)
+    functional = knowledge.mask(Kind.FUNCTIONAL, settings.properties)
+    if settings.above_lowest:
+        functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
+    return physical, functional
 
 
 def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:

@@ -33,8 +33,8 @@ def compare(
 
     Parameters
     ----------
-    relevant : (w,) uint64 array
-        One set of qualities as packed bits.
+    relevant : (w,) or (n, w) uint64 array
+        One set of qualities as packed bits, or one for each candidate.
     candidates : (n, w) uint64 array
     form : Similarity
 
@@ -43,11 +43,11 @@ def compare(
     numerators, denominators : (n,) int32 arrays
         Empty with empty is 0 / 1.
     """
-    shared, size, wanted = _size(candidates & relevant), _size(candidates), int(_size(relevant))
+    shared, size, wanted = _size(candidates & relevant), _size(candidates), _size(relevant)
     one, two = _WEIGHTS[form]
     # shared + lacking + extra, weighed; with lacking = wanted - shared and extra = size - shared.
     denominators = (2 - one - two) * shared + two * size + one * wanted
-    return 2 * shared, denominators if wanted else np.maximum(denominators, 1)
+    return 2 * shared, denominators if np.all(wanted) else np.maximum(denominators, 1)
 
 
 def above(

@@ -17,16 +17,8 @@ from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
-from ersatz.reasoner.explanation import (
-    Comparison,
-    Counterfactual,
-    Evidence,
-    counterfactual,
-    evidence,
-    origin,
-    reasons,
-    turning,
-)
+from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Steps, counterfactual
+from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
 from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.similarity import compare
@@ -96,18 +88,17 @@ class Substitute:
 
     def explain(self) -> str:
         """Return all of it in words: reasons, the functions they rest on, what would turn the decision."""
+        return self._explained(self.turning())
+
+    def _explained(self, turning: str) -> str:
         if not self.comparison.relevance.determined:
             return f"{self.name}: {self.reasons()}."
-        parts = (
-            f"{self.name}, {self.similarity:.2f}: {self.reasons()}.",
-            origin(self.comparison),
-            self.turning(),
-        )
+        parts = (f"{self.name}, {self.similarity:.2f}: {self.reasons()}.", origin(self.comparison), turning)
         return " ".join(part for part in parts if part)
 
     def to_json(self) -> dict[str, Any]:
         """Return everything about it in JSON's types."""
-        ratio = self.fraction
+        ratio, change = self.fraction, self.counterfactual()
         return {
             "name": self.name,
             "iri": self.iri,
@@ -119,8 +110,8 @@ class Substitute:
             "shared": [one.to_json() for one in self.shared],
             "lacking": [one.to_json() for one in self.lacking],
             "extra": [one.to_json() for one in self.extra],
-            "counterfactual": self.counterfactual().to_json(),
-            "explanation": self.explain(),
+            "counterfactual": change.to_json(),
+            "explanation": self._explained(turning(change, accepted=self.accepted)),
         }
 
 
@@ -179,7 +170,7 @@ class Ranking(Sequence[Substitute]):
     order: NDArray[np.int64] = field(repr=False)
     numerators: NDArray[np.int32] = field(repr=False)
     denominators: NDArray[np.int32] = field(repr=False)
-    thresholds: dict[Fraction, Relevance] = field(repr=False, default_factory=dict)
+    memo: list[Steps] = field(repr=False, default_factory=list)
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -224,7 +215,7 @@ class Ranking(Sequence[Substitute]):
             self.relevance,
             bits,
             int(known.rows[row]),
-            self.thresholds,
+            self.memo,
         )
         return Substitute(
             known.names[row],
