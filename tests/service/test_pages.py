@@ -22,7 +22,7 @@ EXPECTED = {
     "quality": "WHAT GOES WITH IT",
     "substitution": "In place of a tray",
     "sparql": "rows in",
-    "graph": "describesClass",
+    "graph": "rdfs:subClassOf",
     "checks": "rules",
     "ground": "A scan, at most",
 }
@@ -110,7 +110,7 @@ def test_a_click_opens_neighbours(window: Browser) -> None:
     assert window.sees("tray_model_1")
     window.link("Tray").click()
     window.until("return location.search === '?node=Tray'")
-    assert window.sees("describesClass")
+    assert window.sees("rdfs:subClassOf")
 
 
 def test_labels_are_text(window: Browser) -> None:
