@@ -15,7 +15,7 @@ PAGES = {
     "home": "/",
     "classes": "/classes",
     "class": "/classes/Tray",
-    "individual": "/individuals/plate_1",
+    "individual": "/individuals/gso_plate",
     "individuals": "/individuals",
     "properties": "/properties",
     "property": "/properties/rigidity",

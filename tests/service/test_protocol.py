@@ -269,7 +269,7 @@ def test_graph_store_reads(server: Server) -> None:
         assert server.send(method, "/data?default", b"")[0] == 405
 
 
-@pytest.mark.parametrize(("name", "type_"), [("Plate", "Class"), ("plate_1", "NamedIndividual"), ("rigidity_4", "NamedIndividual")])  # fmt: skip
+@pytest.mark.parametrize(("name", "type_"), [("Plate", "Class"), ("gso_plate", "NamedIndividual"), ("rigidity_4", "NamedIndividual")])  # fmt: skip
 def test_iris_are_dereferenced(server: Server, name: str, type_: str) -> None:
     status, body, answer = server.send("GET", f"/kb/{name}", headers={"Accept": "text/turtle"})
     assert status == 200

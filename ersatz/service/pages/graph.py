@@ -136,6 +136,7 @@ def _neighbours(kb: KnowledgeBase, iri: str) -> list[tuple[str, str, str]]:
     node = NamedNode(iri)  # raises ValueError for what is no IRI: nothing of a stranger's gets into a query
     text = (
         f"SELECT ?a ?p ?b {{ {{ SELECT ({node} AS ?a) ?p ?b {{ {node} ?p ?b FILTER (ISIRI(?b)) }} "
+        f"ORDER BY DESC (STRENDS(STR(?p), '#type')) ?p ?b "
         f"LIMIT {half} }} UNION {{ SELECT ?a ?p ({node} AS ?b) {{ ?a ?p {node} }} LIMIT {half} }} }}"
     )
     boring = "http://www.w3.org/2002/07/owl#"
