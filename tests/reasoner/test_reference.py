@@ -95,7 +95,7 @@ SWEEP = [
 ]
 
 
-@pytest.mark.parametrize("chosen", SWEEP, ids=str)
+@pytest.mark.parametrize("chosen", SWEEP, ids=range(len(SWEEP)))
 def test_the_expert_s_knowledge(chosen: Options) -> None:
     kb = expert_kb()
     world = world_of_kb(kb)
@@ -114,7 +114,7 @@ def instance_holds(kb: KnowledgeBase, name: str) -> Qualities:
     return frozenset(str(row["q"]).rpartition("#")[2] for row in rows)
 
 
-@pytest.mark.parametrize("chosen", SWEEP, ids=str)
+@pytest.mark.parametrize("chosen", SWEEP, ids=range(len(SWEEP)))
 def test_rocs(shared_data: Path, chosen: Options) -> None:
     kb = rocs_kb(shared_data / "rocs")
     world = world_of_kb(kb)
