@@ -359,10 +359,8 @@ class KnowledgeBase:
 
     @property
     def graph(self) -> "rdflib.Graph":
-        """A read-only rdflib view; of an endpoint, a copy."""
-        from ersatz.knowledge.views import rdflib_graph
-
-        return rdflib_graph(self._store, self.triples)
+        """A read-only rdflib graph of all triples; made once, and again after a change."""
+        return self.view(_graph)
 
     def owl(self) -> Any:
         """Return an owlready2 ontology with the classes and individuals as Python objects; a copy."""
@@ -402,6 +400,12 @@ def write(triples: Iterable[ox.Triple], target: Path) -> None:
             raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
     else:
         DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
+
+
+def _graph(kb: KnowledgeBase) -> "rdflib.Graph":
+    from ersatz.knowledge.views import rdflib_graph
+
+    return rdflib_graph(kb.triples())
 
 
 def check_target(target: Path) -> None:

@@ -1,22 +1,24 @@
 """Views: the knowledge base as an rdflib graph and as owlready2 objects."""
 
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import pyoxigraph as ox
 
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.stores import MemoryStore, Store
 from ersatz.resources import ONTOLOGY
 
 if TYPE_CHECKING:
     import rdflib
 
 
-def rdflib_graph(store: Store, triples: Callable[[], Iterable[ox.Triple]]) -> "rdflib.Graph":
-    """Return a read-only rdflib graph over the triples; a file's is a view, the others' a copy."""
+def rdflib_graph(triples: Iterable[ox.Triple]) -> "rdflib.Graph":
+    """Return the triples as a read-only rdflib graph.
+
+    A copy: a view on Oxigraph would type plain strings, which rdflib takes for other literals.
+    """
     import rdflib
     from rdflib.graph import ModificationException, ReadOnlyGraphAggregate
 
@@ -24,15 +26,8 @@ def rdflib_graph(store: Store, triples: Callable[[], Iterable[ox.Triple]]) -> "r
         def update(self, *_: object, **__: object) -> NoReturn:
             raise ModificationException  # rdflib would say nothing to CLEAR
 
-    if isinstance(store, MemoryStore):
-        from oxrdflib import OxigraphStore
-        from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
-
-        graph = rdflib.Graph(OxigraphStore(store=store.engine), identifier=DATASET_DEFAULT_GRAPH_ID)
-    else:
-        lines = "".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples())
-        graph = rdflib.Graph().parse(data=lines, format="nt")
-    view = _ReadOnly([graph])
+    lines = "".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples)
+    view = _ReadOnly([rdflib.Graph().parse(data=lines, format="nt")])
     for prefix, namespace in v.PREFIXES.items():
         view.namespace_manager.store.bind(prefix, rdflib.URIRef(namespace))
     return view
