@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -27,7 +28,7 @@ BAR = 10
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
     """Print which things stand in for the missing tool, and why."""
     settings = ranking.settings
-    console.print(f"[bold]{ranking.missing}[/bold] is missing.", highlight=False)
+    console.print(f"[bold]{escape(ranking.missing)}[/bold] is missing.", highlight=False)
     if ranking.status is Status.UNDETERMINED:
         console.print(
             f"Undetermined: none of its functions is relevant (J > {float(settings.relevance_tolerance):g}). "
@@ -58,7 +59,7 @@ def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None
     for one in grounded.held:
         unit = "" if one.unit == "1" else one.unit
         held.add_row(one.property, one.quality, " x ".join(f"{value:.3g}" for value in one.value), unit)
-    console.print(f"[bold]{grounded.scan}[/bold]", held, highlight=False)
+    console.print(f"[bold]{escape(grounded.scan)}[/bold]", held, highlight=False)
     likes = Table("like", "", box=None, pad_edge=False)
     for like in grounded.classes[:most]:
         likes.add_row(like.name, bar(float(like.similarity)))
@@ -70,7 +71,7 @@ def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None
 
 def show_knowledge(console: Console, kb: KnowledgeBase) -> None:
     """Print what a knowledge base holds."""
-    console.print(f"[bold]{kb.location}[/bold]  revision {kb.revision[:12]}", highlight=False)
+    console.print(f"[bold]{escape(kb.location)}[/bold]  revision {kb.revision[:12]}", highlight=False)
     properties = Table("property", "kind", "unit", "qualities", "what is measured", box=None, pad_edge=False)
     counted = [local_name(str(row["property"])) for row in kb.ask("qualities")]
     for row in kb.ask("properties"):
@@ -80,7 +81,7 @@ def show_knowledge(console: Console, kb: KnowledgeBase) -> None:
         )
     classes = Table("class", "counted", box=None, pad_edge=False)
     for row in kb.ask("classes"):
-        classes.add_row(str(row["name"]), str(row["instances"]))
+        classes.add_row(escape(str(row["name"])), str(row["instances"]))
     console.print(properties, classes)
 
 
@@ -88,7 +89,7 @@ def show_thing(console: Console, kb: KnowledgeBase, name: str) -> None:
     """Print what is known of a class, an instance, a property or a quality."""
     iri = kb.resolve(name)
     kind = kb.kind_of(iri)
-    console.print(f"[bold]{name}[/bold]  {kind}  <{iri}>", highlight=False)
+    console.print(f"[bold]{escape(name)}[/bold]  {kind}  <{iri}>", highlight=False)
     if kind == "class":
         model = class_model(kb, iri)
         console.print(f"known from {model.instances}", highlight=False)
@@ -109,9 +110,9 @@ def show_report(console: Console, report: "Report") -> None:
     """Print what a check found, and what it could not try."""
     for finding in report.findings:
         console.print(f"[red]{finding.rule}[/red]  [bold]{shown(finding.entity)}[/bold]", highlight=False)
-        console.print(f"  {finding.message}\n  [dim]{finding.mend}[/dim]", highlight=False)
+        console.print(f"  {escape(finding.message)}\n  [dim]{escape(finding.mend)}[/dim]", highlight=False)
     for reason in report.skipped:
-        console.print(f"[yellow]not tried[/yellow]  {reason}", highlight=False)
+        console.print(f"[yellow]not tried[/yellow]  {escape(reason)}", highlight=False)
     what = f"{len(report.findings)} found" if report.findings else "nothing found"
     console.print(f"{len(report.ran)} checks: {what}.", highlight=False)
 
@@ -149,7 +150,7 @@ def shown(value: Value) -> str:
     if value is None:
         return ""
     text = str(value)
-    return local_name(text) if text.startswith((KB, ERSATZ)) else text
+    return escape(local_name(text) if text.startswith((KB, ERSATZ)) else text)
 
 
 def bar(share: float) -> Text:

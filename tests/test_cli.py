@@ -59,10 +59,10 @@ def test_demo(ersatz: Shell) -> None:
 
 
 def test_substitute_says_what_the_library_says(ersatz: Shell) -> None:
-    run = ersatz("substitute", "household", "--missing", "bowl", "--json")
+    run = ersatz("substitute", "household", "--missing", "tray", "--json")
     assert run.code == 0
     answer = json.loads(run.out)
-    ranking = rank_substitutes(KnowledgeBase.open("household"), "bowl")
+    ranking = rank_substitutes(KnowledgeBase.open("household"), "tray")
     assert answer == json.loads(json.dumps(ranking.to_json()))
     assert answer["version"] == 1
     assert [one["name"] for one in answer["substitutes"]] == [one.name for one in ranking]
@@ -119,7 +119,7 @@ def test_remember(name: str, small_kb: Path, ersatz: Shell) -> None:
 
 def test_remembering_in_the_shipped_one_is_refused_kindly(ersatz: Shell) -> None:
     before = (ONTOLOGY / "household.ttl").read_bytes()
-    run = ersatz("substitute", "household", "--missing", "bowl", "--remember", "--json")
+    run = ersatz("substitute", "household", "--missing", "tray", "--remember", "--json")
     assert run.code == 0
     assert json.loads(run.out)["substitutes"]
     assert "warning: the answer is not remembered" in run.err
@@ -160,6 +160,15 @@ def test_show_everything(ersatz: Shell) -> None:
     run = ersatz("show", "household")
     assert "coffee mug" in run.out
     assert "kg m2" in run.out
+
+
+def test_brackets_in_names_are_no_markup(table: Path, ersatz: Shell) -> None:
+    table.write_text(table.read_text().replace("sponge", "sponge [bold]"))
+    out = table.with_name("kb.ttl")
+    built(out, ersatz, "--tables", table, "--clusters", 2)
+    assert "sponge [bold]" in ersatz("show", out).out
+    assert "sponge [bold]" in ersatz("substitute", out, "--missing", "sponge [bold]").out
+    assert "sponge [bold]" in ersatz("query", out, "classes").out
 
 
 def test_query_lists_questions(ersatz: Shell) -> None:
