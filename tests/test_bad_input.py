@@ -202,7 +202,7 @@ NAMES: dict[str, tuple[list[str], list[str]]] = {
     "a folder that is not RoCS": (["build", "OUT.ttl", "--rocs", "."], ["."]),
     "no clusters": (["build", "OUT.ttl", "--expert", "household", "--clusters", "0"], ["0"]),
     "a time that is none": (["build", "OUT.ttl", "--expert", "household", "--time", "noon"], ["'noon'"]),
-    "the shipped one changed": (["forget", "household", "plate_1"], ["household", "elsewhere"]),
+    "the shipped one changed": (["forget", "household", "ycb_029_plate"], ["household", "elsewhere"]),
 }
 
 
