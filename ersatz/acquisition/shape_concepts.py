@@ -310,6 +310,17 @@ def learn_from_segments(
     )
 
 
+def _largest(modes: Modes, owners: NDArray[np.int64], count: int) -> Modes:
+    """Return the groups seen on most objects, where more are apart than are wanted; drop the others."""
+    groups = range(len(modes.prominences))
+    seen = [len(np.unique(owners[modes.labels == group])) for group in groups]
+    kept = sorted(sorted(groups, key=lambda group: -seen[group])[:count])
+    labels = np.full(len(modes.labels), -1, dtype=np.int64)
+    for number, group in enumerate(kept):
+        labels[modes.labels == group] = number
+    return Modes(labels, modes.prominences[kept])
+
+
 def _modes(
     motifs: NDArray[np.float64],
     distances: NDArray[np.float64],
@@ -326,7 +337,9 @@ def _modes(
 
         model = KMeans(settings.concepts, n_init=10, random_state=settings.seed)
         modes = Modes(model.fit_predict(motifs).astype(np.int64), np.zeros(settings.concepts))
-    if len(modes.prominences) != settings.concepts:
+    if len(modes.prominences) > settings.concepts:
+        modes = _largest(modes, owners, settings.concepts)
+    if len(modes.prominences) < settings.concepts:
         raise InputError(
             f"{len(modes.prominences)} shape concept(s) persist on at least {settings.fewest_objects} of "
             f"{len(np.unique(owners))} objects, {settings.concepts} were asked for: give scans of more "
