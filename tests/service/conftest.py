@@ -104,7 +104,7 @@ def start(location: str | Path, log: Path, *, patience: int = 60, **settings: ob
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """The household, read-only, with pages; queries may take two seconds."""
-    running = start("household", tmp_path_factory.mktemp("service") / "log", seconds=2.0, rows=100_000)
+    running = start("household", tmp_path_factory.mktemp("service") / "log", seconds=2.0, rows=60_000)
     yield running
     assert running.process.poll() is None, running.log.read_text()
     running.stop()
