@@ -117,9 +117,11 @@ def virtuoso(folder: Path) -> Iterator[Endpoint]:
     (folder / "virtuoso.ini").write_text(VIRTUOSO.format(sql=free_port(), http=port), encoding="utf-8")
     url = f"http://127.0.0.1:{port}"
     command = [found, "+foreground", "+configfile", str(folder / "virtuoso.ini")]
-    with _running(command, folder, f"{url}/sparql?query=ASK{{}}"):
-        with httpx.Client(auth=httpx.DigestAuth("dba", "dba"), timeout=60) as client:
-            yield Endpoint(f"{url}/sparql", f"{url}/sparql-graph-crud-auth", client)
+    with (
+        _running(command, folder, f"{url}/sparql?query=ASK{{}}"),
+        httpx.Client(auth=httpx.DigestAuth("dba", "dba"), timeout=60) as client,
+    ):
+        yield Endpoint(f"{url}/sparql", f"{url}/sparql-graph-crud-auth", client)
 
 
 VIRTUOSO = """\
