@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -12,6 +11,7 @@ from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.paragraphs import batched
 from ersatz.knowledge.queries import (
     Answer,
     Argument,
@@ -439,13 +439,6 @@ def _chunks(lines: Iterable[str]) -> Iterator[bytes]:
 
 def _pieces(lines: Iterable[str]) -> Iterator[bytes]:
     return ("".join(piece).encode() for piece in batched(lines, PIECE))
-
-
-def batched(lines: Iterable[str], size: int) -> Iterator[list[str]]:
-    """Yield the lines in lists of at most `size` (Python 3.12 has this in itertools)."""
-    rest = iter(lines)
-    while piece := list(islice(rest, size)):
-        yield piece
 
 
 def _guesses(name: str) -> list[str]:
