@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
+from ersatz.reasoner.graded import Layout
 from ersatz.reasoner.representative import Knowledge, pack
 from ersatz.reasoner.similarity import Similarity, above, compare
 
@@ -173,6 +174,16 @@ def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np
     if settings.above_lowest:
         functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
     return physical, functional
+
+
+def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
+    """Return which columns of the knowledge's arrays are what, for graded reasoning."""
+    physical, functional = in_use(knowledge, settings)
+    names = [quality.property for quality in knowledge.qualities]
+    starts = [at for at, name in enumerate(names) if at == 0 or name != names[at - 1]]
+    position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
+    columns = [position[iri] for iri in knowledge.functions.iris]
+    return Layout(physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64))
 
 
 def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:
