@@ -44,7 +44,8 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
     table.add_column(ratio=1)
     for substitute in ranking[:most]:
         verdict = Text("stands in", "green") if substitute.accepted else Text("does not", "red")
-        words = Text.assemble(substitute.reasons() + ". ", (substitute.turning(), "dim"))
+        sure = f"{substitute.confidence.sentence()} " if substitute.confidence else ""
+        words = Text.assemble(substitute.reasons() + ". ", (sure, "bold"), (substitute.turning(), "dim"))
         table.add_row(verdict, Text(substitute.name, "bold"), bar(substitute.similarity), words)
     console.print(table, highlight=False)
     if most is not None and len(ranking) > most:

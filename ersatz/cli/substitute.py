@@ -51,6 +51,11 @@ def substitute(
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
     ] = None,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Also tell how sure the answer is.")
+    ] = False,
+    draws: Annotated[int, typer.Option(help="Of --confidence: how often what is unsure is drawn.")] = 200,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
     remember: Annotated[bool, typer.Option(help="Write the answer into the knowledge base.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
 ) -> None:
@@ -73,9 +78,16 @@ def substitute(
     )
     kb = open_kb(location)
     ranking = rank_substitutes(
-        kb, missing, available, instances=instance or (), settings=settings, remember=remember
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        settings=settings,
+        remember=remember,
+        draws=draws if confidence else None,
+        seed=seed,
     )
-    if remember and not ranking.reused and ranking.status is Status.OK:
+    if remember and (confidence or not ranking.reused) and ranking.status is Status.OK:
         save(kb, "the answer is not remembered")
     if as_json:
         print_json(ranking.to_json())

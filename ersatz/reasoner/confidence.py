@@ -50,6 +50,14 @@ class Confidence:
         negated = " not" if more >= PROBABLE and self.accepted < more else ""
         return f"{word}{negated}: accepted in {round(self.accepted * self.draws)} of {self.draws} draws"
 
+    def sentence(self) -> str:
+        """Return all of it in words."""
+        words = self.words()
+        return (
+            f"{words[0].upper()}{words[1:]}, most similar in {self.best:.0%}; "
+            f"its similarity lies between {self.low:.2f} and {self.high:.2f} ({MASS:.0%})."
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types."""
         return {
