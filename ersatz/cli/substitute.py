@@ -7,6 +7,7 @@ import typer
 
 from ersatz.cli.app import app
 from ersatz.cli.terminal import Location, console, open_kb, print_json, save
+from ersatz.cli.update import read_values
 
 
 @app.command()
@@ -96,6 +97,57 @@ def substitute(
 
         show_ranking(console(), ranking)
     raise typer.Exit(0 if ranking.status is Status.OK else 1)
+
+
+@app.command()
+def ask(
+    location: Location,
+    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
+    available: Annotated[
+        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
+    ] = None,
+    instance: Annotated[
+        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
+    ] = None,
+    best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
+    properties: Annotated[
+        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    draws: Annotated[int, typer.Option(help="How often what is unsure is drawn.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Tell what to measure before deciding on a substitute: what reduces the doubt most comes first.
+
+    Example: ersatz ask household --missing tray --measured object.toml
+    """
+    from ersatz.knowledge.updates import qualities_of
+    from ersatz.reasoner.asking import ask_for_more
+    from ersatz.reasoner.gain import Doubt
+    from ersatz.reasoner.relevance import ReasonerSettings
+
+    kb = open_kb(location)
+    wishes = ask_for_more(
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
+        settings=ReasonerSettings(properties=_properties(properties)),
+        about=Doubt.BEST if best else Doubt.ACCEPTED,
+        draws=draws,
+        seed=seed,
+    )
+    if as_json:
+        print_json(wishes.to_json())
+    else:
+        from ersatz.display import show_wishes
+
+        show_wishes(console(), wishes)
 
 
 @app.command()

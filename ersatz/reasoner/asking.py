@@ -1,216 +1,194 @@
-"""Asking for more: which measurement would reduce the doubt about a decision most.
+"""Asking for more: what to measure next, of which thing, before deciding."""
 
-Doubt is the entropy of the answer, in bits; the gain of a measurement is how much less of it is expected
-once its outcome is known (mutual information of outcome and answer, Lindley 1956). Nothing is drawn again
-for that: given an outcome, the draws of the question count by how probable each made it.
-"""
-
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Final
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ersatz.errors import InputError
-from ersatz.reasoner.confidence import check_draws
-from ersatz.reasoner.posterior import posterior
-from ersatz.reasoner.relevance import in_use
-from ersatz.reasoner.sampling import Question, samples
+from ersatz.grounding.conceptualization import DEGREE
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.confidence import SURE
+from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook
+from ersatz.reasoner.recognition import held_bits
+from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.representative import Knowledge, load_knowledge
+from ersatz.reasoner.sampling import Question
+from ersatz.reasoner.substitution import rank_substitutes
 
-DRAWS: Final = 1000
-"""More than an answer needs: gains are differences."""
-
-MOST_PAIRS: Final = 100_000_000
-"""Candidates times candidates times qualities."""
-
-LEAST: Final = 1e-3
-"""Bits; a smaller expected gain is not told from none."""
-
-
-class Doubt(StrEnum):
-    """What is in doubt.
-
-    - accepted: of each candidate whether it stands in; their entropies are added up.
-    - best: which candidate is the most similar.
-    """
-
-    ACCEPTED = "accepted"
-    BEST = "best"
+UNNAMED = "the object"
+"""What an object without a name is called."""
 
 
 @dataclass(frozen=True, slots=True)
-class Measurement:
-    """Something that could be measured.
+class Candidacy:
+    """A candidate as things stand.
 
     Attributes
     ----------
-    candidate : int or None
-        Number of the candidate to measure (another object of its class, or the single object); None for
-        the missing tool's class.
-    property : str
-    gain : float >= 0, bits
-        How much less doubt is expected afterwards.
+    name : str
+    kind : {"class", "instance", "object"}
+    accepted, best : float in [0, 1]
+        Probability that it stands in, and that it is the most similar.
     """
 
-    candidate: int | None
-    property: str
-    gain: float
+    name: str
+    kind: str
+    accepted: float
+    best: float
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class Wish:
+    """A measurement worth making.
+
+    Attributes
+    ----------
+    thing : str
+        The missing tool's class or a candidate.
+    kind : {"tool", "class", "instance", "object"}
+        Of a tool or a class another object is to be measured.
+    property : str
+    gain : float > 0, bits
+        How much less doubt is expected afterwards.
+    known : int or float
+        From how many objects of the class the property is known already; 0 of a single object.
+    """
+
+    thing: str
+    kind: str
+    property: str
+    gain: float
+    known: int | float
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
     """What to measure, the most telling first.
 
     Attributes
     ----------
+    missing, iri : str
+    about : Doubt
     doubt : float >= 0, bits
         As things stand.
-    accepted : tuple of n float
-        Probability that each candidate stands in, as things stand.
-    best : tuple of n float
-        Probability that each is the most similar.
-    measurements : tuple of Measurement
-        Those whose expected gain is at least `LEAST`.
+    settled : bool
+        Whether every candidate is accepted or refused with a probability of `SURE` or more.
+    candidates : tuple of Candidacy
+    wishes : tuple of Wish
     """
 
+    missing: str
+    iri: str
+    about: Doubt
     doubt: float
-    accepted: tuple[float, ...]
-    best: tuple[float, ...]
-    measurements: tuple[Measurement, ...]
+    settled: bool
+    candidates: tuple[Candidacy, ...]
+    wishes: tuple[Wish, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types; the layout is stable."""
+        return {
+            "version": 1,
+            "missing": self.missing,
+            "iri": self.iri,
+            "about": str(self.about),
+            "doubt": round(self.doubt, 6),
+            "settled": self.settled,
+            "candidates": [
+                {
+                    "name": one.name,
+                    "kind": one.kind,
+                    "accepted": round(one.accepted, 6),
+                    "best": round(one.best, 6),
+                }
+                for one in self.candidates
+            ],
+            "measure": [
+                {
+                    "thing": one.thing,
+                    "kind": one.kind,
+                    "property": one.property,
+                    "gain": round(one.gain, 6),
+                    "known": one.known,
+                }
+                for one in self.wishes
+            ],
+        }
 
 
-def request(question: Question, draws: int = DRAWS, seed: int = 0, about: Doubt = Doubt.ACCEPTED) -> Request:
-    """Return which measurements would tell most about a decision.
-
-    Asked are the properties in use: of the tool and of candidate classes one more object each, of single
-    objects what is not known of them.
+def ask_for_more(
+    kb: KnowledgeBase,
+    missing: str,
+    available: Sequence[str] | None = None,
+    *,
+    instances: Sequence[str] = (),
+    held: Sequence[str] | None = None,
+    settings: ReasonerSettings | None = None,
+    about: Doubt = Doubt.ACCEPTED,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Wishes:
+    """Return which measurements would reduce the doubt about a decision most.
 
     Parameters
     ----------
-    question : Question
-    draws, seed : int
+    kb : KnowledgeBase
+    missing, available, instances, settings
+        As for `rank_substitutes`.
+    held : sequence of str, optional
+        Instead of what is available, one object nobody named: the qualities it is known to hold so far,
+        perhaps none. Asked are its relevant properties that are not known, and no others.
     about : Doubt
+    draws, seed : int
 
     Raises
     ------
+    UnknownNameError
+        If the knowledge base does not know a name; the nearest is offered.
     InputError
-        If draws is less than 1, the seed is negative, or there are too many candidates to compare all.
+        If things are named together with an unnamed object.
     """
-    check_draws(draws, seed)
-    n, q = question.held.shape
-    if about is Doubt.BEST and n * n * q > MOST_PAIRS:
-        raise InputError(f"{n} candidates are too many to ask which is best: name those that are at hand")
-    tool = theirs = _Told.nothing()
-    accepted, best = np.zeros(n), np.zeros(n)
-    for sample in samples(question, draws, seed):
-        accepted += sample.accepted.sum(axis=0)
-        best += sample.best.sum(axis=0)
-        yes = sample.accepted.astype(np.float64)
-        answers = sample.best[:, None] if about is Doubt.BEST else np.stack([yes, 1 - yes], axis=-1)
-        tool += _told(sample.tool[:, None], answers[:, None])
-        own = answers[:, None] if about is Doubt.BEST else answers[:, :, None]
-        theirs += _told(sample.candidates, own)
-    return Request(
-        float(_entropy(theirs.base / draws).sum()),
-        tuple((accepted / draws).tolist()),
-        tuple((best / draws).tolist()),
-        _worth_asking(question, np.concatenate([tool.gain(draws), theirs.gain(draws)])),
+    known = kb.view(load_knowledge)
+    if held is None:
+        ranking = rank_substitutes(kb, missing, available, instances=instances, settings=settings)
+        found = outlook(ranking.question, draws, seed, about)
+        things = [(one.name, one.kind) for one in ranking]
+        return _wishes(known, ranking.question.tool, found, things, about)
+    if available or instances:
+        raise InputError("name things that are available, or what is known of one object, not both")
+    tool = known.row_of_class[kb.resolve(missing, "class")]
+    bits = held_bits(known, held)[None]
+    question = Question(known, settings or ReasonerSettings(), tool, np.array([-1]), bits)
+    found = outlook(question, draws, seed, about)
+    return _wishes(known, tool, found, [(UNNAMED, "object")], about)
+
+
+def _wishes(
+    known: Knowledge, tool: int, found: Outlook, things: Sequence[tuple[str, str]], about: Doubt
+) -> Wishes:
+    unnamed = things[0][1] == "object"
+    asked = [one for one in found.measurements if one.candidate is not None or not unnamed]
+    return Wishes(
+        known.classes.names[tool],
+        known.classes.iris[tool],
+        about,
+        found.doubt,
+        all(max(share, 1 - share) >= SURE for share in found.accepted),
+        tuple(
+            Candidacy(*thing, accepted, best)
+            for thing, accepted, best in zip(things, found.accepted, found.best, strict=True)
+        ),
+        tuple(_wish(known, tool, one, things) for one in asked),
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Told:
-    """Sums over draws that tell how answers hang on the outcomes of measurements.
-
-    Answers stand in g groups of k, in each of which they exclude each other.
-
-    Attributes
-    ----------
-    weight, square : (o, q) arrays
-        Of the probability of each outcome, and of its square.
-    base : (o or 1, g, k) array
-        Of the answers.
-    joint : (o, q, g, k) array
-        Of the products of both.
-    """
-
-    weight: NDArray[np.float64]
-    square: NDArray[np.float64]
-    base: NDArray[np.float64]
-    joint: NDArray[np.float64]
-
-    @classmethod
-    def nothing(cls) -> "_Told":
-        return cls(*(np.zeros(()) for _ in range(4)))
-
-    def __add__(self, other: "_Told") -> "_Told":
-        return _Told(
-            self.weight + other.weight,
-            self.square + other.square,
-            self.base + other.base,
-            self.joint + other.joint,
-        )
-
-    def gain(self, draws: int) -> NDArray[np.float64]:
-        """Return (o, q) parts of the expected gain, in bits; it is their sum over a property.
-
-        Finitely many draws seem to tell something even of what is unrelated; what they do in the mean
-        (by the second-order term of the entropy) is taken off.
-        """
-        base = self.base / draws
-        weight = np.where(self.weight > 0, self.weight, 1)
-        after = _entropy(self.joint / weight[..., None, None]).sum(axis=(-2, -1))
-        share = self.weight / draws
-        free = np.maximum((base > 0).sum(axis=-1) - 1, 0).sum(axis=-1)[:, None]
-        spread = np.maximum(self.square / draws - share**2, 0) / np.where(share > 0, share, 1)
-        chance = free * spread / (2 * draws * np.log(2))
-        found: NDArray[np.float64] = share * (_entropy(base).sum(axis=(-2, -1))[:, None] - after) - chance
-        return found
-
-
-def _told(outcomes: NDArray[np.float64], answers: NDArray[np.float64]) -> _Told:
-    """Sum over some draws.
-
-    Parameters
-    ----------
-    outcomes : (s, o, q) array
-        How probable each quality is if o is measured.
-    answers : (s, o or 1, g, k) array
-    """
-    o, groups = max(outcomes.shape[1], answers.shape[1]), answers.shape[2:]
-    flat = answers.reshape(*answers.shape[:2], -1).transpose(1, 0, 2)
-    joint = outcomes.transpose(1, 2, 0) @ flat
-    return _Told(
-        outcomes.sum(axis=0),
-        (outcomes**2).sum(axis=0),
-        answers.sum(axis=0),
-        joint.reshape(o, -1, *groups),
+def _wish(known: Knowledge, tool: int, one: Measurement, things: Sequence[tuple[str, str]]) -> Wish:
+    name, kind = (known.classes.names[tool], "tool") if one.candidate is None else things[one.candidate]
+    row = known.row_of_name[name] if kind in ("tool", "class") else None
+    columns = [at for at, quality in enumerate(known.qualities) if quality.property == one.property]
+    total = 0 if row is None else int(known.classes.totals[row, columns].max())
+    return Wish(
+        name, kind, one.property, one.gain, total // DEGREE if total % DEGREE == 0 else total / DEGREE
     )
-
-
-def _entropy(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return -p log2 p, 0 at 0."""
-    held = np.clip(share, 0, 1)
-    found: NDArray[np.float64] = -held * np.log2(np.where(held > 0, held, 1))
-    return found
-
-
-def _worth_asking(question: Question, gain: NDArray[np.float64]) -> tuple[Measurement, ...]:
-    """Return the measurements whose gain can be told from none, the largest first; row 0 is the tool."""
-    known = question.knowledge
-    physical, functional = in_use(known, question.settings)
-    classes = posterior(known.classes.only([question.tool]), known.qualities)
-    gains = classes.of_property(gain)
-    column = {quality.property: at for at, quality in enumerate(known.qualities)}
-    used = {
-        row: {known.qualities[at].property for at in np.flatnonzero(mask).tolist()}
-        for row, mask in ((0, physical | functional), (1, physical))
-    }
-    found = [
-        Measurement(row - 1 if row else None, name, float(gains[row, column[name]]))
-        for row in range(len(gains))
-        for name in sorted(used[min(row, 1)])
-        if gains[row, column[name]] >= LEAST
-    ]
-    return tuple(sorted(found, key=lambda one: -one.gain))

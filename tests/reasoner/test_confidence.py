@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner import sampling
-from ersatz.reasoner.asking import Doubt, request
+from ersatz.reasoner.gain import Doubt, outlook
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.representative import load_knowledge
@@ -46,7 +46,7 @@ def test_probabilities_are_probabilities(
     assert np.all(found.low <= found.high)
     assert found.best.sum() == pytest.approx(1)
     for about in Doubt:
-        wished = request(asked, 50, about=about)
+        wished = outlook(asked, 50, about=about)
         assert np.isfinite(wished.doubt) and wished.doubt >= 0
         assert all(np.isfinite(one.gain) and one.gain > 0 for one in wished.measurements)
 
@@ -110,7 +110,7 @@ def test_the_most_telling_measurement_is_the_one_in_doubt() -> None:
         held[f"plate {at}"] = ("plate", {k: v for k, v in TRAY.items() if k != "gamma"})
     chosen = ReasonerSettings(tolerance=0.8)  # type: ignore[arg-type]
     asked = question(make(held), "tray", chosen)
-    wished = request(asked, 2000)
+    wished = outlook(asked, 2000)
     first = wished.measurements[0]
     assert (first.candidate, first.property) == (0, "gamma")
     assert all(one.gain < first.gain / 5 for one in wished.measurements[1:])
@@ -120,7 +120,7 @@ def test_the_most_telling_measurement_is_the_one_in_doubt() -> None:
 
 def test_nothing_is_asked_where_nothing_is_in_doubt() -> None:
     held = {f"{name} {at}": (name, TRAY) for name in ("tray", "plate") for at in range(3)}
-    wished = request(question(make(held), "tray", times=10**6), 200)
+    wished = outlook(question(make(held), "tray", times=10**6), 200)
     assert wished.doubt == 0
     assert wished.measurements == ()
 
@@ -135,7 +135,7 @@ def test_only_what_bears_on_the_decision_is_asked_of_an_unknown_object() -> None
     chosen = ReasonerSettings(representative=0.5)  # type: ignore[arg-type]
     nothing = np.zeros((1, len(known.qualities)), dtype=bool)
     asked = Question(known, chosen, known.row_of_name["tray"], np.array([-1]), nothing)
-    properties = [one.property for one in request(asked, 2000).measurements if one.candidate == 0]
+    properties = [one.property for one in outlook(asked, 2000).measurements if one.candidate == 0]
     assert sorted(properties) == ["alpha", "gamma"]
 
 
