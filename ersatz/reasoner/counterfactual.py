@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.quantised import Grades
-from ersatz.reasoner.relevance import Combine, Demand, ReasonerSettings, Relevance, in_use
+from ersatz.reasoner.relevance import Demand, ReasonerSettings, Relevance, in_use, relevant_sets
 from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import above, compare
 
@@ -200,20 +200,9 @@ def _steps(comparison: Comparison) -> Steps:
     physical, functional = in_use(known, settings)
     tool = known.classes.only([comparison.tool])
     mine = np.stack([tool.representative(theta)[0] for theta in thresholds])
-    goes = np.stack([known.functions.representative(theta) for theta in thresholds]) & physical
-    position = {quality.iri: at for at, quality in enumerate(known.qualities)}
-    does = (mine & functional)[:, [position[iri] for iri in known.functions.iris]]
-    body = mine & physical
-    numerators, denominators = compare(pack(body)[:, None], pack(goes))
-    relevant = does & above(numerators, denominators, settings.relevance_tolerance)
-    through = goes & body[:, None]
-    if settings.combine is Combine.UNION:
-        joined = (through & relevant[..., None]).any(axis=1)
-    else:
-        joined = (through | ~relevant[..., None]).all(axis=1)
-    found: NDArray[np.bool_] = np.any(relevant, axis=1)
-    otherwise = body if settings.fallback else np.zeros_like(body)
-    return Steps(tuple(thresholds), np.where(found[:, None], joined, otherwise), found | settings.fallback)
+    goes = np.stack([known.functions.representative(theta) for theta in thresholds])
+    joined, determined = relevant_sets(mine, goes, known.columns, physical, functional, settings)
+    return Steps(tuple(thresholds), joined, determined)
 
 
 def _decisions(comparison: Comparison, tool: Steps, steps: Sequence[Fraction]) -> NDArray[np.bool_]:

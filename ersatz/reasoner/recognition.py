@@ -154,19 +154,35 @@ def _held(
     degrees = held if isinstance(held, Mapping) else dict.fromkeys(held, 1)
     if not degrees:
         raise InputError("the object holds no quality: measure at least one property of it")
-    qualities = {quality.name: quality for quality in known.qualities}
-    for name, degree in degrees.items():
+    exactly = _degrees(known, degrees)
+    settings = settings or ReasonerSettings()
+    measured = {quality.property for quality in known.qualities if quality.iri in exactly}
+    allowed = measured if settings.properties is None else measured & set(settings.properties)
+    return exactly, replace(settings, properties=tuple(sorted(allowed)))
+
+
+def _degrees(known: Knowledge, held: Mapping[str, float | Decimal]) -> dict[str, Decimal]:
+    """Return the degrees held by quality IRI."""
+    qualities = {quality.name: quality.iri for quality in known.qualities}
+    for name, degree in held.items():
         if name not in qualities:
             raise UnknownNameError("quality", name, qualities)
         if not 0 <= degree <= 1:
             raise InputError(f"the object holds {name} to the degree {degree}: degrees lie between 0 and 1")
-    settings = settings or ReasonerSettings()
-    measured = {qualities[name].property for name in degrees}
-    allowed = measured if settings.properties is None else measured & set(settings.properties)
-    exactly = {qualities[name].iri: Decimal(str(degree)) for name, degree in degrees.items()}
-    return exactly, replace(settings, properties=tuple(sorted(allowed)))
+    return {qualities[name]: Decimal(str(degree)) for name, degree in held.items()}
 
 
 def _bits(known: Knowledge, degrees: Mapping[str, Decimal]) -> NDArray[np.bool_]:
     """Return the qualities held to any degree."""
     return np.array([degrees.get(quality.iri, 0) > 0 for quality in known.qualities], dtype=bool)
+
+
+def held_bits(known: Knowledge, held: Sequence[str]) -> NDArray[np.bool_]:
+    """Return the named qualities as (q,) bits.
+
+    Raises
+    ------
+    UnknownNameError
+        If a quality is not known.
+    """
+    return _bits(known, _degrees(known, dict.fromkeys(held, 1)))

@@ -34,7 +34,8 @@ _USUAL: Final = Fraction(35, 100)
 _BY_MODE: Final = cast("Similarity", "")
 """Stands for the similarity that is usual in crisp or graded reasoning."""
 
-ORDINAL_TOLERANCE: Final = Fraction(2, 3)
+ORDINAL_TOLERANCE: Final = Fraction(67, 100)
+"""Of four qualities a property, less than one rank apart in the mean (which is 2/3)."""
 
 
 class Combine(StrEnum):
@@ -55,8 +56,8 @@ class ReasonerSettings:
     representative : Fraction
         theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
     tolerance : Fraction
-        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 2/3, which
-        says: of the paper's four qualities a property, less than one rank apart in the mean.
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 0.67, less
+        than one rank apart in the mean, of the paper's four qualities a property.
     relevance_tolerance : Fraction
         The same phi for relevant functions; a setting of its own, with the same default. Graded: 0, for
         a function counts by its weight.
@@ -236,7 +237,6 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
     physical, functional = in_use(knowledge, settings)
     bits = knowledge.classes.representative(settings.representative)
     function_bits = knowledge.functions.representative(settings.representative) & physical
-    position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
     return Index(
         bits & (physical | functional),
         physical,
@@ -244,7 +244,7 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
         pack(bits & physical),
         function_bits,
         pack(function_bits),
-        np.array([position[iri] for iri in knowledge.functions.iris], dtype=np.int64),
+        knowledge.columns,
     )
 
 
@@ -282,6 +282,45 @@ def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:
         return Relevance(join.reduce(through), tuple(relevant.tolist()), through, fallback=False)
     body = index.body_bits[row] if settings.fallback else np.zeros_like(mine)
     return Relevance(body, (), through, fallback=settings.fallback)
+
+
+def relevant_sets(
+    mine: NDArray[np.bool_],
+    goes: NDArray[np.bool_],
+    columns: NDArray[np.int64],
+    physical: NDArray[np.bool_],
+    functional: NDArray[np.bool_],
+    settings: ReasonerSettings,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return O_P' of a tool for many states of knowledge at once; the formulas are those of `relevance`.
+
+    Parameters
+    ----------
+    mine : (s, q) bool array
+        What is representative of the tool in each state.
+    goes : (s, f, q) bool array
+        What is representative of each function.
+    columns : (f,) int64 array
+        Which quality each function is.
+    physical, functional : (q,) bool arrays
+        The qualities to reason with.
+
+    Returns
+    -------
+    (s, q) bool array, (s,) bool array
+        O_P', and whether the answer is determined.
+    """
+    body, goes = mine & physical, goes & physical
+    numerators, denominators = compare(pack(body)[:, None], pack(goes))
+    relevant = (mine & functional)[:, columns] & above(numerators, denominators, settings.relevance_tolerance)
+    through = goes & body[:, None]
+    if settings.combine is Combine.UNION:
+        joined = (through & relevant[..., None]).any(axis=1)
+    else:
+        joined = (through | ~relevant[..., None]).all(axis=1)
+    found: NDArray[np.bool_] = np.any(relevant, axis=1)
+    otherwise = body if settings.fallback else np.zeros_like(body)
+    return np.where(found[:, None], joined, otherwise), found | settings.fallback
 
 
 def relevance_fractions(index: Index, row: int) -> dict[int, Fraction]:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_EVEN, Decimal
 from enum import StrEnum
 from fractions import Fraction
@@ -19,6 +19,7 @@ from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
 from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
 from ersatz.reasoner.candidates import Candidates, class_row, gather
+from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
 from ersatz.reasoner.graded import ONE
@@ -37,6 +38,7 @@ from ersatz.reasoner.relevance import (
     relevance,
 )
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import compare
 
 
@@ -64,6 +66,8 @@ class Substitute:
         "undetermined": no function of the tool is relevant; "fallback": compared with all that is
         typical of the tool; "unknown": nothing is typical of the candidate; "same_class": it is an
         instance of the missing tool's class.
+    confidence : Confidence, optional
+        How sure that is, where it was asked.
     """
 
     name: str
@@ -74,6 +78,7 @@ class Substitute:
     accepted: bool
     flags: tuple[str, ...]
     comparison: Comparison = field(repr=False)
+    confidence: Confidence | None = None
 
     @property
     def shared(self) -> tuple[Evidence, ...]:
@@ -114,9 +119,11 @@ class Substitute:
         return self._explained(self.turning())
 
     def _explained(self, turning: str) -> str:
+        sure = f"{self.confidence.sentence()}" if self.confidence else ""
         if not self.comparison.relevance.determined:
-            return f"{self.name}: {self.reasons()}."
-        parts = (f"{self.name}, {self.similarity:.2f}: {self.reasons()}.", origin(self.comparison), turning)
+            return " ".join(part for part in (f"{self.name}: {self.reasons()}.", sure) if part)
+        judged = f"{self.name}, {self.similarity:.2f}: {self.reasons()}."
+        parts = (judged, sure, origin(self.comparison), turning)
         return " ".join(part for part in parts if part)
 
     def to_json(self) -> dict[str, Any]:
@@ -135,7 +142,9 @@ class Substitute:
             "extra": [one.to_json() for one in self.extra],
             "counterfactual": change.to_json(),
             "explanation": self._explained(turning(change, accepted=self.accepted)),
-        } | ({"aspects": [one.to_json() for one in found]} if (found := self.aspects) else {})
+            **({"aspects": [one.to_json() for one in found]} if (found := self.aspects) else {}),
+            **({"confidence": self.confidence.to_json()} if self.confidence else {}),
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,6 +161,8 @@ class Ranking(Sequence[Substitute]):
         State of knowledge it was computed from.
     reused : bool
         Whether it was remembered.
+    sure : Confidences, optional
+        How sure it is, in the order of the candidates ranked.
     """
 
     missing: str
@@ -167,6 +178,14 @@ class Ranking(Sequence[Substitute]):
     numerators: NDArray[Any] = field(repr=False)
     denominators: NDArray[Any] = field(repr=False)
     memo: list[Steps] = field(repr=False, default_factory=list)
+    sure: Confidences | None = field(repr=False, default=None)
+
+    @property
+    def question(self) -> Question:
+        """What was asked, for questions about the answer: its candidates are in the order ranked."""
+        held = self.candidates
+        row = self.knowledge.row_of_class[self.iri]
+        return Question(self.knowledge, self.settings, row, held.rows[self.order], held.bits[self.order])
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -215,6 +234,7 @@ class Ranking(Sequence[Substitute]):
         """Return one candidate, or some."""
         if isinstance(at, slice):
             return [self[one] for one in range(*at.indices(len(self)))]
+        at = range(len(self))[at]
         row = int(self.order[at])
         ratio = self._ratio(row)
         known = self.candidates
@@ -244,6 +264,7 @@ class Ranking(Sequence[Substitute]):
             self._accepts(ratio),
             tuple(flag for holds, flag in flags if holds),
             comparison,
+            self.sure.of(at) if self.sure else None,
         )
 
     def _graded(self, row: int) -> Graded | None:
@@ -317,6 +338,8 @@ def rank_substitutes(
     settings: ReasonerSettings | None = None,
     remember: bool = False,
     top: int | None = None,
+    draws: int | None = None,
+    seed: int = 0,
 ) -> Ranking:
     """Rank the available things by how well they stand in for a missing tool (paper: Reasoner).
 
@@ -334,6 +357,10 @@ def rank_substitutes(
         Write the answer into the knowledge base; asked again, it is looked up until knowledge changes.
     top : int, optional
         Rank only so many.
+    draws : int, optional
+        Also tell how sure the answer is, from so many draws of what is not known; see `Confidence`.
+    seed : int
+        Of the draws.
 
     Raises
     ------
@@ -358,7 +385,9 @@ def rank_substitutes(
     else:
         found, candidates = _recalled(known, index, tool, model, candidates)
     ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
-    if remember and model is None and ranking.status is Status.OK:
+    if draws is not None:
+        ranking = replace(ranking, sure=confidences(ranking.question, draws, seed))
+    if remember and (model is None or draws is not None) and ranking.status is Status.OK:
         write_model(kb, ranking.model())
     return ranking
 
