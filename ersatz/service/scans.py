@@ -60,4 +60,6 @@ def _read(file: ScanFile) -> NDArray[np.float64]:
     scan = file.load()
     if scan.mesh is not None:
         return scan.mesh.sampled(DRAWN, seed=0)[0]
-    return scan.points[np.linspace(0, len(scan.points) - 1, min(DRAWN, len(scan.points))).astype(int)]
+    steps = np.linspace(0, len(scan.points) - 1, min(DRAWN, len(scan.points))).astype(int)
+    thinned: NDArray[np.float64] = scan.points[steps]
+    return thinned

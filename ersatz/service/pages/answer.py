@@ -29,7 +29,9 @@ class Answer:
 def read_answer(media: str, body: bytes) -> Answer:
     """Return an answer from N-Triples or SPARQL results in JSON."""
     if media.startswith("application/n-triples"):
-        return Answer(["subject", "predicate", "object"], [_triple(line) for line in body.decode().splitlines()])
+        return Answer(
+            ["subject", "predicate", "object"], [_triple(line) for line in body.decode().splitlines()]
+        )
     found = json.loads(body)
     if "boolean" in found:
         return Answer(["answer"], [["yes" if found["boolean"] else "no"]])
@@ -93,7 +95,12 @@ def _chart(answer: Answer, numeric: list[int]) -> None:
     value = numeric[-1]
     label = next((at for at in range(len(answer.names)) if at not in numeric), value)
     chosen = answer.rows[:60][::-1]
-    name = {"name": answer.names[value], "nameLocation": "middle", "nameGap": 26, "nameTextStyle": {"color": INK}}
+    name = {
+        "name": answer.names[value],
+        "nameLocation": "middle",
+        "nameGap": 26,
+        "nameTextStyle": {"color": INK},
+    }
     bars = [_number(row[value]) for row in chosen]
     ui.echart(
         {

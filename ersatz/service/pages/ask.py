@@ -53,12 +53,11 @@ class _Page:
         )
         names = [one for one in query_names() if "/" not in one]
         with card():
-            tabs = ui.tabs(value=question if question in names else _OWN).props(
-                'dense no-caps align=left outside-arrows mobile-arrows active-color=teal-8 aria-label="Questions"'
-            )
-            with tabs.classes("questions"):
+            with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows") as tabs:
                 for name in (_OWN, *names):
                     ui.tab(name, label=name.replace("_", " "))
+            tabs.set_value(question if question in names else _OWN)
+            tabs.props('active-color=teal-8 aria-label="Questions"')
             self._fields = ui.element("div").classes("line").style("margin: 12px 0")
             self._editor = ui.codemirror(self._query, language="SPARQL", line_wrapping=True)
             self._editor.style("height: 240px").props('aria-label="Query"')

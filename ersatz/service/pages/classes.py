@@ -208,11 +208,15 @@ def _drawn_use(use: Ranking | str) -> Markup:
     functional = (chip(words_of(q), page_of("quality", KB + q), "info") for q in use.relevant_functional)
     physical = (chip(words_of(q), page_of("quality", KB + q), "good") for q in use.relevant_physical)
     nearest = (
-        chip(f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" * one.accepted) for one in use
+        chip(f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" * one.accepted)
+        for one in use
     )
     nothing = "None: it cannot be said what would stand in for it."
-    rows = (("Functions relevant in it", chips(functional, nothing)), ("Qualities they rest on", chips(physical, "none")),
-            ("Nearest stand-ins, by Jaccard index", chips(nearest, "none")))  # fmt: skip
+    rows = (
+        ("Functions relevant in it", chips(functional, nothing)),
+        ("Qualities they rest on", chips(physical, "none")),
+        ("Nearest stand-ins, by Jaccard index", chips(nearest, "none")),
+    )
     return joined(part for title, row in rows for part in (faint(title), row))
 
 

@@ -76,7 +76,9 @@ def shipped_mappings() -> dict[str, tuple[tuple[str, str, str], ...]]:
     found: dict[str, list[tuple[str, str, str]]] = {}
     for row in mappings():
         how = row["mapping_justification"].partition(":")[2]
-        said = re.sub("([a-z])([A-Z])", r"\1 \2", how).lower() + (f"; {row['comment']}" if row["comment"] else "")
+        said = re.sub("([a-z])([A-Z])", r"\1 \2", how).lower() + (
+            f"; {row['comment']}" if row["comment"] else ""
+        )
         found.setdefault(row["subject_id"], []).append(
             (row["predicate_id"], row["object_id"], f"{MAPPINGS.name}, {said}")
         )

@@ -59,7 +59,9 @@ def _top(here: str) -> Markup:
         link(name, path, class_="here" if path == here else "", aria_current="page" if path == here else "")
         for name, path in PLACES
     )
-    toggle = tag("button", "◐", class_="dark", data_do="dark", aria_label="Light or dark", title="Light or dark")
+    toggle = tag(
+        "button", "◐", class_="dark", data_do="dark", aria_label="Light or dark", title="Light or dark"
+    )
     skip, brand = link("Skip to the content", "#content", class_="skip"), link("ERSATZ", "/", class_="brand")
     return joined((skip, brand, tag("nav", *pages, class_="nav", aria_label="Pages"), toggle))
 
@@ -68,7 +70,9 @@ def _foot(service: Service) -> Markup:
     facts = (service.name(), f"revision {service.kb.revision[:12]}")
     state = "writable" if service.settings.writable else "read-only"
     endpoint = link("SPARQL endpoint", "/sparql", class_="end")
-    return joined((*(tag("span", one) for one in (*facts, state)), endpoint, link("OpenAPI", "/openapi.json")))
+    return joined(
+        (*(tag("span", one) for one in (*facts, state)), endpoint, link("OpenAPI", "/openapi.json"))
+    )
 
 
 def show(markup: Markup, classes: str = "", tag: str = "div") -> Html:

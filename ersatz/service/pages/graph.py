@@ -121,7 +121,12 @@ class _Picture:
                     "label": {"show": True, "position": "right", "color": INK, "fontSize": 11},
                     "labelLayout": {"hideOverlap": True},
                     "lineStyle": {"color": INK, "opacity": 0.45},
-                    "edgeLabel": {"show": len(self.edges) < 24, "formatter": "{c}", "color": INK, "fontSize": 10},
+                    "edgeLabel": {
+                        "show": len(self.edges) < 24,
+                        "formatter": "{c}",
+                        "color": INK,
+                        "fontSize": 10,
+                    },
                     "edgeSymbol": ["none", "arrow"],
                     "edgeSymbolSize": 6,
                     "data": nodes,

@@ -71,7 +71,6 @@ class _Found:
     iri, name, class_iri, class_name : str
     qualities : tuple of IRIs
     rows : list of rows of the table of measurements
-    properties : int
     usage : list of (thing, relation)
     """
 
@@ -81,7 +80,6 @@ class _Found:
     class_name: str
     qualities: tuple[str, ...]
     rows: list[tuple[Any, ...]]
-    properties: int
     usage: list[tuple[Any, str]]
 
 
@@ -94,8 +92,7 @@ def _read(kb: KnowledgeBase, name: str) -> _Found:
         ((shown(row["s"]), link_to("/graph", node=shown(row["s"]))), shown(row["p"]))
         for row in kb.query(f"SELECT ?s ?p {{ ?s ?p <{iri}> }} ORDER BY ?p ?s LIMIT 200")
     ]
-    return _Found(iri, str(row["name"]), str(row["class"]), str(row["className"]), held, rows,
-                  sum(bool(row[0]) for row in rows), usage)  # fmt: skip
+    return _Found(iri, str(row["name"]), str(row["class"]), str(row["className"]), held, rows, usage)
 
 
 def _measured(kb: KnowledgeBase, iri: str, held: tuple[str, ...]) -> list[tuple[Any, ...]]:
@@ -109,28 +106,36 @@ def _measured(kb: KnowledgeBase, iri: str, held: tuple[str, ...]) -> list[tuple[
         other[key] = shown(row["origin"]), str(row["file"] or "")
     rows: list[tuple[Any, ...]] = []
     for prop, keys in groupby(values, key=lambda key: key[0]):
-        one, again = quality.get(prop), False
-        for key in keys:
-            first = (link(words_of(local_name(prop)), page_of("property", prop)),
-                     link(words_of(local_name(one)), page_of("quality", one)) if one else "")  # fmt: skip
-            name, holds = ("", "") if again else first
+        for at, key in enumerate(keys):
+            holds = _said(quality[prop], "quality", again=at > 0) if prop in quality else ""
             value = " × ".join(f"{float(value):.4g}" for value in values[key])
+            name = _said(prop, "property", again=at > 0)
             rows.append((name, key[1], value, unit_of(kb, prop), holds, *other[key]))
-            again = True
     return rows
 
 
+def _said(iri: str, kind: str, *, again: bool) -> Markup:
+    """Return a name as a link; said again it is there for a copy of the table, not for the eye."""
+    words = words_of(local_name(iri))
+    return tag("span", words, class_="again") if again else link(words, page_of(kind, iri))
+
+
 async def _individual(service: Service, found: _Found) -> None:
-    stand_in = link("What it can stand in for", link_to("/substitution", instance=found.name), class_="button")
+    stand_in = link(
+        "What it can stand in for", link_to("/substitution", instance=found.name), class_="button"
+    )
     title_line(found.name, found.iri, stand_in)
-    counts = f" with {len(found.rows)} measurements of {found.properties} properties."
+    properties = sum("again" not in row[0] for row in found.rows)
+    counts = f" with {len(found.rows)} measurements of {properties} properties."
     kind = link(found.class_name, page_of("class", found.class_iri))
     show(tag("p", "A ", kind, counts, class_="lead"))
     with ui.element("div").classes("two"):
         with card("Scan"):
             await _scan(service, found.iri)
         with card("Holds"):
-            held = (chip(words_of(local_name(one)), page_of("quality", one), "good") for one in found.qualities)
+            held = (
+                chip(words_of(local_name(one)), page_of("quality", one), "good") for one in found.qualities
+            )
             more = (
                 chip("its neighbourhood", link_to("/graph", node=local_name(found.iri))),
                 chip("as Turtle", f"/kb/{local_name(found.iri)}"),

@@ -100,7 +100,9 @@ def table_markup(heads: Sequence[str], rows: Iterable[Sequence[Any]], numeric: S
     """Return a table with a button that copies it; a cell is text, markup, or text and where it leads."""
     look = ["num" if at in numeric else "" for at in range(len(heads))]
     head = tag("tr", *(tag("th", name, class_=look[at], scope="col") for at, name in enumerate(heads)))
-    body = (tag("tr", *(tag("td", _cell(cell), class_=look[at]) for at, cell in enumerate(row))) for row in rows)
+    body = (
+        tag("tr", *(tag("td", _cell(cell), class_=look[at]) for at, cell in enumerate(row))) for row in rows
+    )
     drawn = tag("table", tag("thead", head), tag("tbody", *body), class_="plain")
     copy = tag("button", "copy", class_="copy", data_do="copy-table", aria_label="Copy the table")
     return tag("div", tag("div", drawn, class_="scroll"), copy, class_="copyable")

@@ -32,11 +32,11 @@ def add(service: Service) -> None:
                     rows = ((iri, row) for iri, row in known.items() if row["kind"] == kind)
                     table(heads, (_row(service.kb, iri, row) for iri, row in rows))
             with card("Function models: which physical qualities go with which functional ones"):
-                words = "Share of the objects with the functional quality (row) that have the physical one (column)."
-                show(tag("p", f"{words} Dimensionless, from 0 to 1.", class_="soft"))
+                words = "Of the objects with the functional quality (row), how many have the physical one."
+                show(tag("p", f"{words} A share, 0 to 1.", class_="soft"))
                 with ui.element("div").classes("scroll"):
                     # ECharts changes the options it is given: each page has its own.
-                    ui.echart(dict(heat), renderer="canvas").classes("wide").style("height: 620px")
+                    ui.echart(dict(heat), renderer="canvas").classes("broad").style("height: 620px")
 
     @ui.page("/properties/{name}", response_timeout=PATIENCE)
     async def prop(name: str) -> None:

@@ -59,7 +59,14 @@ def add(service: Service) -> None:
                 held = (chip(local_name(str(i)), page_of("instance", str(i))) for i, _ in holders[:MOST])
                 show(chips(held, "None is known."))
             with card("More"):
-                show(chips((chip("its neighbourhood", link_to("/graph", node=name)), chip("as Turtle", f"/kb/{name}"))))
+                show(
+                    chips(
+                        (
+                            chip("its neighbourhood", link_to("/graph", node=name)),
+                            chip("as Turtle", f"/kb/{name}"),
+                        )
+                    )
+                )
 
 
 def _bars(rows: list[tuple[str, str, Any, Any]], kind: str) -> Markup:

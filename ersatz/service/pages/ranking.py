@@ -58,4 +58,6 @@ def _evidence(evidence: Evidence, sort: str) -> Markup:
     mark, meaning = _MARKS[sort]
     times, out_of = evidence.to_json()["observed"]
     words = f"{mark} {words_of(evidence.quality)}"
-    return chip(words, page_of("quality", KB + evidence.quality), sort, f"{meaning}: {times} of {out_of} observed")
+    return chip(
+        words, page_of("quality", KB + evidence.quality), sort, f"{meaning}: {times} of {out_of} observed"
+    )

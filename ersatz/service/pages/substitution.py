@@ -187,7 +187,9 @@ async def _results(service: Service, view: View) -> None:
 
 def _question(service: Service, view: View, ranking: Ranking) -> None:
     article = "an" if ranking.missing[:1] in "aeiou" else "a"
-    link = tag("button", "copy link", class_="copy", data_do="copy-link", aria_label="Copy the link to this view")
+    link = tag(
+        "button", "copy link", class_="copy", data_do="copy-link", aria_label="Copy the link to this view"
+    )
     rows = tag("button", "copy table", class_="copy", data_do="copy", data_words=as_text(ranking),
                aria_label="Copy the ranking as a table")  # fmt: skip
     with ui.element("div").classes("line spread"):
