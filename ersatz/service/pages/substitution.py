@@ -10,7 +10,7 @@ from nicegui import ui
 
 from ersatz.errors import ErsatzError
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
-from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.similarity import CRISP
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
 from ersatz.service.pages.data import individuals, overview
 from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show
@@ -124,7 +124,7 @@ def _controls(view: View, names: list[str], things: list[str], draw: Callable[[]
         ("tolerance", "Stands in above φ", 0.0),
     ):
         _threshold(view, name, label, least, bound)
-    for name, options in (("similarity", list(Similarity)), ("combine", list(Combine))):
+    for name, options in (("similarity", list(CRISP)), ("combine", list(Combine))):
         box = ui.select([one.value for one in options], label=name, value=getattr(view, name))
         bound(box.props("outlined dense"), name)
     bound(ui.switch("Only functions above the lowest", value=view.above_lowest), "above_lowest")
