@@ -270,8 +270,9 @@ class Ranking(Sequence[Substitute]):
                 named(relevant & rows[row]),
                 named(relevant & ~rows[row]),
                 named(rows[row] & ~relevant),
+                self.sure.of(at).chances() if self.sure else None,
             )
-            for row in self.order.tolist()
+            for at, row in enumerate(self.order.tolist())
         )
         settings = settings_json(self.settings)
         return SubstitutionModel(
@@ -285,6 +286,7 @@ class Ranking(Sequence[Substitute]):
             tuple(sorted(self.relevant_physical)),
             tuple(sorted(self.relevant_functional)),
             tuple(sorted(found, key=lambda candidate: candidate.iri)),
+            self.sure.drawing() if self.sure else None,
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -1,15 +1,23 @@
 """How sure an answer is, and what to ask next: the limits, and answers known by thought alone."""
 
+from decimal import Decimal
+
 import numpy as np
 import pytest
+import rdflib
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import InputError
+from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.exports import KNOWROB, knowrob
+from ersatz.knowledge.models import Drawing
+from ersatz.knowledge.validation import check
+from ersatz.knowledge.vocabulary import ERSATZ
 from ersatz.reasoner import sampling
-from ersatz.reasoner.gain import Doubt, outlook
+from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
+from ersatz.reasoner.gain import Doubt, outlook
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.sampling import Question, samples
@@ -32,12 +40,15 @@ def question(kb: KnowledgeBase, tool: str, chosen: ReasonerSettings | None = Non
     return Question(known, ranking.settings, known.row_of_name[tool], rows, none)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(helds(), st.sampled_from(list(Combine)), st.sampled_from(list(Similarity)), st.booleans())
-def test_probabilities_are_probabilities(
-    held: Held, combine: Combine, form: Similarity, fallback: bool
-) -> None:
-    chosen = ReasonerSettings(combine=combine, similarity=form, fallback=fallback)
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    helds(),
+    st.sampled_from(list(Combine)),
+    st.sampled_from(["jaccard", "coverage", "tversky"]),
+    st.booleans(),
+)
+def test_probabilities_are_probabilities(held: Held, combine: Combine, form: str, fallback: bool) -> None:
+    chosen = ReasonerSettings(combine=combine, similarity=Similarity(form), fallback=fallback)
     tool = next(iter(held.values()))[0]
     asked = question(make(held), tool, chosen)
     found = confidences(asked, 30)
@@ -137,6 +148,84 @@ def test_only_what_bears_on_the_decision_is_asked_of_an_unknown_object() -> None
     asked = Question(known, chosen, known.row_of_name["tray"], np.array([-1]), nothing)
     properties = [one.property for one in outlook(asked, 2000).measurements if one.candidate == 0]
     assert sorted(properties) == ["alpha", "gamma"]
+
+
+def test_a_remembered_answer_says_how_sure_it_is() -> None:
+    kb = make(HELD)
+    first = rank_substitutes(kb, "tray", ["plate", "book"], remember=True, draws=40, seed=1)
+    model = kb.substitution_model("tray")
+    assert model == first.model()
+    assert model is not None
+    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("1.0"))
+    for one in first:
+        (written,) = (c for c in model.candidates if c.iri == one.iri)
+        assert one.confidence is not None
+        assert written.chances == one.confidence.chances()
+        assert one.confidence.words().partition(":")[2] in one.explain()
+        assert one.to_json()["confidence"]["draws"] == 40
+    again = rank_substitutes(kb, "tray", ["plate", "book"], draws=40, seed=1)
+    assert again.reused
+    assert [one.confidence for one in again] == [one.confidence for one in first]
+
+
+def test_confidence_is_added_to_a_remembered_answer_and_lost_by_what_was_not_asked_with_it() -> None:
+    kb = make(HELD)
+    rank_substitutes(kb, "tray", ["plate", "book"], remember=True)
+    rank_substitutes(kb, "tray", ["plate", "book"], remember=True, draws=10)
+    model = kb.substitution_model("tray")
+    assert model is not None
+    assert all(candidate.chances for candidate in model.candidates)
+    rank_substitutes(kb, "tray", ["plate", "sponge"], remember=True, draws=10)
+    model = kb.substitution_model("tray")
+    assert model is not None
+    sure = [candidate.iri.rpartition("#")[2] for candidate in model.candidates if candidate.chances]
+    assert sure == ["Plate", "Sponge"]
+
+
+def test_what_is_remembered_with_confidence_passes_all_checks_and_is_exported() -> None:
+    kb = make(HELD)
+    model = rank_substitutes(kb, "tray", remember=True, draws=50).model()
+    assert not check(kb.triples()).findings
+    accepted = {float(c.chances.accepted) for c in model.candidates if c.accepted and c.chances}
+    graph = rdflib.Graph()
+    for triple in knowrob(kb.triples()):
+        graph.parse(data=f"{triple} .", format="nt")
+    answers = graph.subjects(rdflib.RDF.type, rdflib.URIRef(f"{ERSATZ}Reified_substitutes"))
+    told = {float(str(graph.value(one, rdflib.URIRef(f"{KNOWROB}hasConfidence")))) for one in answers}
+    assert told == accepted
+
+
+def test_an_unnamed_object_is_asked_for_what_is_not_known_of_it() -> None:
+    kb = make(HELD)
+    nothing = ask_for_more(kb, "tray", held=[])
+    some = ask_for_more(kb, "tray", held=["alpha_3"])
+    assert [one.kind for one in nothing.candidates] == ["object"]
+    assert {one.property for one in nothing.wishes} == {"alpha", "beta", "gamma"}
+    assert {one.property for one in some.wishes} == {"beta", "gamma"}
+    assert some.candidates[0].accepted > nothing.candidates[0].accepted
+    assert ask_for_more(kb, "tray", held=["alpha_3", "beta_2", "gamma_1"]).wishes == ()
+    assert nothing.to_json()["measure"][0]["gain"] == round(nothing.wishes[0].gain, 6)
+
+
+def test_things_at_hand_are_asked_by_name() -> None:
+    asked = ask_for_more(make(HELD), "tray", ["plate"], instances=["sponge 1"], about=Doubt.BEST)
+    assert {(one.name, one.kind) for one in asked.candidates} == {
+        ("plate", "class"),
+        ("sponge 1", "instance"),
+    }
+    kinds = {one.thing: (one.kind, one.known) for one in asked.wishes}
+    assert set(kinds) <= {"tray", "plate"}
+    assert kinds["plate"] == ("class", 1)
+
+
+def test_asking_refuses_what_makes_no_sense() -> None:
+    kb = make(HELD)
+    with pytest.raises(InputError, match="not both"):
+        ask_for_more(kb, "tray", ["plate"], held=[])
+    with pytest.raises(UnknownNameError, match="alpha_9"):
+        ask_for_more(kb, "tray", held=["alpha_9"])
+    with pytest.raises(UnknownNameError, match="did you mean 'tray'"):
+        ask_for_more(kb, "tary", held=[])
 
 
 @pytest.mark.parametrize(("draws", "seed"), [(0, 0), (-1, 0), (1, -1)])
