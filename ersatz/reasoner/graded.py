@@ -263,7 +263,7 @@ def _quotient(numerators: Degrees, denominators: Degrees) -> Degrees:
 
 def _wide(degrees: Degrees) -> Degrees:
     """Return floats as they are, and whole numbers with room for products."""
-    return degrees if degrees.dtype.kind == "f" else degrees.astype(np.int64)
+    return degrees if degrees.dtype.kind in "fO" else degrees.astype(np.int64)
 
 
 def _sum_type(degrees: Degrees) -> np.dtype[Any]:
