@@ -1,7 +1,7 @@
 """From a knowledge base to substitutes."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -40,11 +40,25 @@ def substitute(
     instance: Annotated[
         list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
     ] = None,
-    representative: Annotated[str, typer.Option(help="Theta: typical from this degree on.")] = "0.35",
-    tolerance: Annotated[str, typer.Option(help="Phi: stands in above this similarity.")] = "0.35",
-    relevance_tolerance: Annotated[str, typer.Option(help="Phi of relevant functions.")] = "0.35",
-    combine: Annotated[str, typer.Option(help="union or intersection over relevant functions.")] = "union",
-    similarity: Annotated[str, typer.Option(help="jaccard, coverage or tversky.")] = "jaccard",
+    graded: Annotated[
+        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
+    ] = False,
+    representative: Annotated[
+        str, typer.Option(help="Theta: typical from this degree on; not graded.")
+    ] = "0.35",
+    tolerance: Annotated[
+        str | None, typer.Option(help="Phi: stands in above this similarity; 0.35, ordinal 2/3.")
+    ] = None,
+    relevance_tolerance: Annotated[
+        str | None, typer.Option(help="Phi of relevant functions; 0.35, graded 0.")
+    ] = None,
+    combine: Annotated[
+        str, typer.Option(help="union or intersection over relevant functions; not graded.")
+    ] = "union",
+    similarity: Annotated[
+        str | None,
+        typer.Option(help="jaccard (default), coverage, tversky; graded: ordinal (default), ruzicka too."),
+    ] = None,
     above_lowest: Annotated[bool, typer.Option(help="Only functions above the lowest degree.")] = False,
     fallback: Annotated[
         bool, typer.Option(help="With no relevant function, compare all that is typical.")
@@ -62,21 +76,21 @@ def substitute(
 ) -> None:
     """Rank what stands in for a missing tool, with reasons. Exit code 1: undetermined.
 
-    Example: ersatz substitute household --missing tray --available plate --available sponge
+    Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
-    settings = ReasonerSettings(
-        representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
-        tolerance,  # type: ignore[arg-type]
-        relevance_tolerance,  # type: ignore[arg-type]
-        combine,  # type: ignore[arg-type]
-        similarity,  # type: ignore[arg-type]
-        above_lowest,
-        fallback,
-        _properties(properties),
-    )
+    chosen: dict[str, Any] = {
+        "representative": representative,
+        "tolerance": tolerance,
+        "relevance_tolerance": relevance_tolerance,
+        "combine": combine,
+        "similarity": similarity,
+        "properties": _properties(properties),
+    }
+    given = {name: value for name, value in chosen.items() if value is not None}
+    settings = ReasonerSettings(above_lowest=above_lowest, fallback=fallback, graded=graded, **given)
     kb = open_kb(location)
     ranking = rank_substitutes(
         kb,

@@ -17,7 +17,7 @@ from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
-from ersatz.reasoner.aspects import Aspect, aspects, in_words
+from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
 from ersatz.reasoner.candidates import Candidates, class_row, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
@@ -206,14 +206,17 @@ class Ranking(Sequence[Substitute]):
         if self.relevance.demand is None:
             return {"functions": {}, "qualities": {}, "properties": {}}
         found, qualities = self.relevance.demand.weights, self.knowledge.qualities
-        properties: dict[str, int] = {}
-        for quality, weight in zip(qualities, found.qualities.tolist(), strict=True):
-            properties[quality.property] = properties.get(quality.property, 0) + weight
         return {
             "functions": _strongest(self.knowledge.functions.names, found.functions.tolist()),
             "qualities": _strongest([one.name for one in qualities], found.qualities.tolist()),
-            "properties": _strongest(list(properties), list(properties.values())),
+            "properties": {one.property: round(one.weight, 6) for one in self.property_weights},
         }
+
+    @property
+    def property_weights(self) -> tuple[PropertyWeight, ...]:
+        """The relevant properties and the functions behind them; of graded reasoning only."""
+        wanted = self.relevance.demand
+        return () if wanted is None else property_weights(self.knowledge, wanted)
 
     def __len__(self) -> int:
         """Return the number of candidates ranked."""
