@@ -183,9 +183,10 @@ class Ranking(Sequence[Substitute]):
     @property
     def question(self) -> Question:
         """What was asked, for questions about the answer: its candidates are in the order ranked."""
-        held = self.candidates
+        known, packed = self.candidates, self.candidates.packed
+        held = packed.degrees / ONE if isinstance(packed, Grades) else known.bits.astype(np.float64)
         row = self.knowledge.row_of_class[self.iri]
-        return Question(self.knowledge, self.settings, row, held.rows[self.order], held.bits[self.order])
+        return Question(self.knowledge, self.settings, row, known.rows[self.order], held[self.order])
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -407,6 +408,7 @@ def settings_json(settings: ReasonerSettings) -> str:
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
         }
+        | ({} if settings.certainty is None else {"certainty": _number(settings.certainty)})
         | (
             {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
             if settings.graded
