@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from ersatz.cli import main
+from ersatz.cli.main import main
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,9 +121,9 @@ def test_importing_ersatz_loads_nothing_heavy() -> None:
 
 def test_asking_for_a_substitute_loads_nothing_heavy() -> None:
     code = (
-        "import sys, ersatz.cli\n"
+        "import sys, ersatz.cli.main\n"
         "sys.argv = ['ersatz', 'substitute', 'household', '--missing', 'tray', '--json']\n"
-        "try:\n    ersatz.cli.main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
+        "try:\n    ersatz.cli.main.main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
     )
     modules = loaded_by(code)
     assert {"numpy", "pyoxigraph"} <= modules

@@ -1,0 +1,183 @@
+"""From a knowledge base to substitutes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ersatz.cli.app import app
+from ersatz.cli.terminal import Location, console, open_kb, print_json, save
+from ersatz.cli.update import read_values
+
+
+@app.command()
+def demo() -> None:
+    """Ask the shipped knowledge base for substitutes of several missing tools.
+
+    Example: ersatz demo
+    """
+    from ersatz.display import show_ranking
+    from ersatz.reasoner.substitution import rank_substitutes
+
+    terminal, kb = console(), open_kb("household")
+    for missing, available in (
+        ("tray", ["plate", "sponge", "bowl", "binder", "keyboard"]),
+        ("coffee mug", ["bowl", "pitcher", "food can", "hand towel", "ball"]),
+        ("water bottle", ["soda can", "shampoo", "flashlight", "notebook", "food cup"]),
+        ("plate", ["notebook", "cap", "food box", "bowl", "kleenex"]),
+    ):
+        terminal.print(f'\n$ ersatz substitute household --missing "{missing}" --available …', style="dim")
+        show_ranking(terminal, rank_substitutes(kb, missing, available))
+
+
+@app.command()
+def substitute(
+    location: Location,
+    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
+    available: Annotated[
+        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
+    ] = None,
+    instance: Annotated[
+        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
+    ] = None,
+    representative: Annotated[str, typer.Option(help="Theta: typical from this degree on.")] = "0.35",
+    tolerance: Annotated[str, typer.Option(help="Phi: stands in above this similarity.")] = "0.35",
+    relevance_tolerance: Annotated[str, typer.Option(help="Phi of relevant functions.")] = "0.35",
+    combine: Annotated[str, typer.Option(help="union or intersection over relevant functions.")] = "union",
+    similarity: Annotated[str, typer.Option(help="jaccard, coverage or tversky.")] = "jaccard",
+    above_lowest: Annotated[bool, typer.Option(help="Only functions above the lowest degree.")] = False,
+    fallback: Annotated[
+        bool, typer.Option(help="With no relevant function, compare all that is typical.")
+    ] = False,
+    properties: Annotated[
+        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Also tell how sure the answer is.")
+    ] = False,
+    draws: Annotated[int, typer.Option(help="Of --confidence: how often what is unsure is drawn.")] = 200,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
+    remember: Annotated[bool, typer.Option(help="Write the answer into the knowledge base.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Rank what stands in for a missing tool, with reasons. Exit code 1: undetermined.
+
+    Example: ersatz substitute household --missing tray --available plate --available sponge
+    """
+    from ersatz.reasoner.relevance import ReasonerSettings
+    from ersatz.reasoner.substitution import Status, rank_substitutes
+
+    settings = ReasonerSettings(
+        representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
+        tolerance,  # type: ignore[arg-type]
+        relevance_tolerance,  # type: ignore[arg-type]
+        combine,  # type: ignore[arg-type]
+        similarity,  # type: ignore[arg-type]
+        above_lowest,
+        fallback,
+        _properties(properties),
+    )
+    kb = open_kb(location)
+    ranking = rank_substitutes(
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        settings=settings,
+        remember=remember,
+        draws=draws if confidence else None,
+        seed=seed,
+    )
+    if remember and (confidence or not ranking.reused) and ranking.status is Status.OK:
+        save(kb, "the answer is not remembered")
+    if as_json:
+        print_json(ranking.to_json())
+    else:
+        from ersatz.display import show_ranking
+
+        show_ranking(console(), ranking)
+    raise typer.Exit(0 if ranking.status is Status.OK else 1)
+
+
+@app.command()
+def ask(
+    location: Location,
+    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
+    available: Annotated[
+        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
+    ] = None,
+    instance: Annotated[
+        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
+    ] = None,
+    best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
+    properties: Annotated[
+        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    draws: Annotated[int, typer.Option(help="How often what is unsure is drawn.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Tell what to measure before deciding on a substitute: what reduces the doubt most comes first.
+
+    Example: ersatz ask household --missing tray --measured object.toml
+    """
+    from ersatz.knowledge.updates import qualities_of
+    from ersatz.reasoner.asking import ask_for_more
+    from ersatz.reasoner.gain import Doubt
+    from ersatz.reasoner.relevance import ReasonerSettings
+
+    kb = open_kb(location)
+    wishes = ask_for_more(
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
+        settings=ReasonerSettings(properties=_properties(properties)),
+        about=Doubt.BEST if best else Doubt.ACCEPTED,
+        draws=draws,
+        seed=seed,
+    )
+    if as_json:
+        print_json(wishes.to_json())
+    else:
+        from ersatz.display import show_wishes
+
+        show_wishes(console(), wishes)
+
+
+@app.command()
+def ground(
+    location: Location,
+    scan: Annotated[Path, typer.Argument(help="A scan of an object: PLY, PCD, OBJ, STL, NPZ, ...")],
+    mass: Annotated[float | None, typer.Option(help="Mass in kg, where it was weighed.")] = None,
+    concepts: Annotated[
+        Path | None, typer.Option(help="The knowledge base's shape concepts, where not beside it.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Tell what an unknown object is like, and what it could stand in for.
+
+    Example: ersatz ground household mug.ply
+    """
+    from ersatz.pipeline import ground as ground_scan
+
+    grounded = ground_scan(open_kb(location), scan, concepts=concepts, mass=mass)
+    if as_json:
+        print_json(grounded.to_json())
+    else:
+        from ersatz.display import show_grounded
+
+        show_grounded(console(), grounded)
+
+
+def _properties(names: str | None) -> tuple[str, ...] | None:
+    from ersatz.reasoner.relevance import PAPER_PROPERTIES
+
+    if names is None:
+        return None
+    return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))

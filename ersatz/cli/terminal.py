@@ -1,0 +1,72 @@
+"""The terminal: opening what a command names, and saying what came of it."""
+
+import json
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ersatz.errors import ErsatzError, ErsatzWarning
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ersatz.knowledge.base import KnowledgeBase
+
+Location = Annotated[
+    str, typer.Argument(metavar="KB", help="household, a file, a directory or an endpoint's URL.")
+]
+
+
+def open_kb(location: str) -> "KnowledgeBase":
+    """Open the knowledge base a command names."""
+    from ersatz.knowledge.base import KnowledgeBase
+
+    return KnowledgeBase.open(location)
+
+
+def save(kb: "KnowledgeBase", otherwise: str = "") -> None:
+    """Write a changed file back; where that cannot be and need not be, say so."""
+    try:
+        kb.save()
+    except ErsatzError as error:
+        if not otherwise:
+            raise
+        warnings.warn(f"{otherwise}: {error}", ErsatzWarning, stacklevel=2)
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar on a terminal; elsewhere nothing."""
+    from rich.progress import Progress
+
+    terminal = console(err=True)
+    with Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)
+
+
+def console(*, err: bool = False) -> "Console":
+    """Return what tables and words are printed on."""
+    from rich.console import Console
+
+    return Console(stderr=err)
+
+
+def print_json(value: Any) -> None:
+    """Print an answer for programs."""
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+def say(message: str) -> None:
+    """Tell what was done, beside the answer."""
+    sys.stderr.write(f"{message}\n")
+
+
+def fail(message: str) -> None:
+    """Tell in one line what went wrong; control characters as escapes."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
+    sys.stderr.write(f"error: {line}\n")

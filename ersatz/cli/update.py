@@ -1,0 +1,74 @@
+"""Changing a knowledge base without a refit."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ersatz.cli.app import app
+from ersatz.cli.terminal import Location, open_kb, save, say
+from ersatz.errors import InputError
+
+if TYPE_CHECKING:
+    from ersatz.knowledge.base import KnowledgeBase
+    from ersatz.measurements import Block
+
+
+@app.command()
+def observe(
+    location: Location,
+    object_class: Annotated[str, typer.Argument(metavar="CLASS", help="What the object is.")],
+    instance: Annotated[str, typer.Argument(help="The object's name, new or known.")],
+    measurements: Annotated[
+        Path, typer.Option(help="JSON or TOML with one value a property, or a property table.")
+    ],
+    observation: Annotated[str, typer.Option(help="Name of the observation, where there are several.")] = "",
+) -> None:
+    """Take in what was measured of an object, without a refit.
+
+    Example: ersatz observe kb.ttl plate plate_9 --measurements plate_9.toml
+    """
+    from ersatz.knowledge.updates import observe_blocks
+
+    kb = open_kb(location)
+    if measurements.suffix in (".json", ".toml"):
+        kb.observe(object_class, instance, read_values(measurements), observation=observation)
+    else:
+        observe_blocks(kb, object_class, instance, _table_of(kb, measurements))
+    save(kb)
+    say(f"{instance}: {len(kb.ask('instance_qualities', instances=[instance]))} qualities")
+
+
+@app.command()
+def forget(location: Location, instance: Annotated[str, typer.Argument(help="The object's name.")]) -> None:
+    """Take an object out of the knowledge base and out of all counts.
+
+    Example: ersatz forget kb.ttl plate_9
+    """
+    kb = open_kb(location)
+    kb.forget(instance)
+    save(kb)
+    say(f"{instance}: forgotten")
+
+
+def read_values(path: Path, *, some: bool = True) -> dict[str, Any]:
+    """Return the values of an object, one a property; at least one, if some."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        values = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"cannot read measurements from {str(path)!r}: {error}") from None
+    if not isinstance(values, dict) or (some and not values):
+        raise InputError(
+            f"{str(path)!r} holds no measurements: give one value a property, such as weight = 0.3"
+        )
+    return values
+
+
+def _table_of(kb: "KnowledgeBase", path: Path) -> "list[Block]":
+    from ersatz.acquisition.tables import read_table
+    from ersatz.knowledge.updates import read_qualities
+
+    return read_table(path, {q.property.name: q.property for q in read_qualities(kb)})
