@@ -32,6 +32,18 @@ METRICS: Final = {
 }
 """The metrics and what each says; all lie in [0, 1], but ndcg and tau may be negative."""
 
+HEADINGS: Final = {
+    "top1": "top-1",
+    "mass": "vote mass",
+    "rr": "MRR",
+    "ndcg": "nDCG above chance",
+    "precision": "precision of the set",
+    "recall": "recall of the set",
+    "f1": "F1 of the set",
+    "tau": "Kendall's τ-b",
+}
+"""What the metrics are called in tables and figures."""
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from ersatz.errors import MissingDependencyError
+from ersatz.evaluation.agreement import HEADINGS
 from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.heat_maps import heat_maps
 from ersatz.evaluation.sweeps import SHOWN
@@ -30,7 +31,6 @@ STYLE: Final[dict[Any, Any]] = {
     "figure.dpi": 100,
     "savefig.dpi": 150,
 }
-NAMES: Final = {"top1": "top-1", "ndcg": "nDCG above chance", "f1": "F1 of the set"}
 
 
 def draw_all(results: Results, folder: Path) -> list[str]:
@@ -66,7 +66,7 @@ def methods(results: Results, figure: "Figure") -> bool:
     for axis, metric in zip(axes, SHOWN, strict=True):
         for y, one in zip(at, rows, strict=True):
             _interval(axis, y, one, metric)
-        axis.set_xlabel(NAMES[metric])
+        axis.set_xlabel(HEADINGS[metric])
         axis.axvline(rows[0].metrics[metric].mean or 0, color=BLUE, lw=0.8, ls=":")
         axis.grid(axis="x", color="#EEEEEE")
         axis.set_axisbelow(True)
@@ -129,7 +129,7 @@ def thresholds(results: Results, figure: "Figure") -> bool:
             axis.text(column, row, text, ha="center", va="center", fontsize=7.5, color=tone)
         axis.set_xticks(range(len(phis)), [f"{float(p):g}" for p in phis])
         axis.set_yticks(range(len(thetas)), [f"{float(t):g}" for t in thetas])
-        axis.set(title=NAMES[metric], xlabel="φ (relevance and substitutes)")
+        axis.set(title=HEADINGS[metric], xlabel="φ (relevance and substitutes)")
         paper = [i for i, t in enumerate(thetas) if float(t) == 0.35]
         for i in paper:
             axis.add_patch(_frame(i))
@@ -169,7 +169,7 @@ def sweeps(results: Results, figure: "Figure") -> bool:
                 color=colour,
                 ms=4,
                 lw=1,
-                label=NAMES[metric],
+                label=HEADINGS[metric],
             )
         determined = [cell.determined for cell in cells]
         dashes = "--" if ordered else ""
@@ -261,7 +261,7 @@ def _over_objects(results: Results, axis: "Axes") -> None:
             axis.plot(x, one.mean or 0, "o", color=colour)
     axis.plot([], [], color=ORANGE, lw=2, label="tools drawn again")
     axis.plot([], [], color=BLUE, lw=2, label="objects drawn again")
-    axis.set_xticks(range(len(SHOWN)), [NAMES[m].replace(" ", "\n", 1) for m in SHOWN])
+    axis.set_xticks(range(len(SHOWN)), [HEADINGS[m].replace(" ", "\n", 1) for m in SHOWN])
     axis.set_xlim(-0.5, len(SHOWN) - 0.5)
     axis.legend(frameon=False, fontsize=8)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from ersatz.evaluation.agreement import METRICS
+from ersatz.evaluation.agreement import HEADINGS, METRICS
 from ersatz.evaluation.analysis import CAUSES, Miss
 from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.figures import CAPTIONS
@@ -27,11 +27,10 @@ def html_report(results: Results, folder: Path, drawn: Sequence[str]) -> str:
         _verdict(results),
         "<h2>Methods</h2>",
         _methods_table(results),
-        "<p class=note>Means over scenarios with 95 % bootstrap intervals (missing tools drawn again). A "
-        "tie counts as "
-        "the mean of its orders; no answer counts 0. p: sign-flip permutation test over tools, Holm's "
-        "correction over "
-        "methods. * a threshold chosen on the scenarios of the other tools.</p>",
+        "<p class=note>Means over scenarios with 95 % bootstrap intervals (missing tools drawn again). "
+        "A tie counts as the mean of its orders; no answer counts 0. p: sign-flip permutation test over "
+        "tools, Holm's correction over methods. "
+        "* a threshold chosen on the scenarios of the other tools.</p>",
         _readings(results),
         _ceilings(results),
         *(_figure(folder, name) for name in drawn),
@@ -52,7 +51,7 @@ CSS = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#1b1b1b}
 table{border-collapse:collapse;margin:1em 0;font-size:14px}
 td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
-td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+th.n{text-align:right}td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 tr.first{font-weight:bold;background:#eef5fb}img{max-width:100%}figure{margin:2em 0}
 figcaption,.note{color:#555;font-size:14px}small{color:#666}dt{font-family:monospace}.scroll{overflow-x:auto}
 """.strip()
@@ -78,12 +77,9 @@ def _better(one: Standing, first: Standing) -> bool:
 
 
 def _methods_table(results: Results) -> str:
-    wanted = ("top1", "mass", "rr", "ndcg", "precision", "recall", "f1", "tau")
-    columns = [m for m in wanted if any(s.metrics[m].mean is not None for s in results.standings)]
-    rows = [
-        f"<tr><th>method</th>{''.join(f'<th>{m}</th>' for m in columns)}<th>p "
-        f"(top1)</th><th>corrected</th></tr>"
-    ]
+    columns = [m for m in HEADINGS if any(s.metrics[m].mean is not None for s in results.standings)]
+    head = "".join(f"<th class=n>{HEADINGS[m]}</th>" for m in columns)
+    rows = [f"<tr><th>method</th>{head}<th class=n>p of top-1</th><th class=n>corrected</th></tr>"]
     for one in results.standings:
         cells = "".join(
             f"<td class=n>{shown(one.metrics[m], '<br><small>', '</small>')}</td>" for m in columns
@@ -92,8 +88,8 @@ def _methods_table(results: Results) -> str:
         star = "" if one.decides else " *"
         first = " class=first" if one is results.first else ""
         rows.append(
-            f"<tr{first}><td>{escape(one.label)}{star}</td>{cells}<td class=n>{p[0]}</td><td "
-            f"class=n>{p[1]}</td></tr>"
+            f"<tr{first}><td>{escape(one.label)}{star}</td>{cells}"
+            f"<td class=n>{p[0]}</td><td class=n>{p[1]}</td></tr>"
         )
     out = "".join(f"<li>{escape(n)}: {escape(reason)}</li>" for n, reason in sorted(results.left_out.items()))
     left_out = f"<p class=note>Left out:</p><ul class=note>{out}</ul>" if out else ""
@@ -109,10 +105,9 @@ def _readings(results: Results) -> str:
         for m, text in texts.items()
     )
     return (
-        "<h2>“The same substitute”, under each "
-        "reading</h2><table><tr><th>reading</th><th>ERSATZ</th><th>chance</th>"
-        f"</tr>{rows}</table><p class=note>Chance: a random order, and as many objects accepted at "
-        f"random. The paper "
+        "<h2>“The same substitute”, under each reading</h2>"
+        f"<table><tr><th>reading</th><th>ERSATZ</th><th>chance</th></tr>{rows}</table>"
+        "<p class=note>Chance: a random order, and as many objects accepted at random. The paper "
         "reports 20 of 22 without saying which reading it is; its queries and votes are not published.</p>"
     )
 
@@ -151,8 +146,8 @@ def _misses(results: Results) -> str:
         if counted[cause]
     )
     return (
-        f"<h2>What ERSATZ gets wrong: {len(results.misses)} of {len(results.scenarios)}, and what would "
-        f"mend it</h2>"
+        f"<h2>What ERSATZ gets wrong: {len(results.misses)} of {len(results.scenarios)}, "
+        f"and what would mend it</h2>"
         f"<table>{summary}</table>{_mended(results)}{_by_task(results)}"
         + "".join(_miss(miss) for miss in results.misses)
     )
@@ -217,8 +212,7 @@ def _miss(miss: Miss) -> str:
     task = f" {s.task}" if s.task else ""
     return (
         f"<details><summary><b>{escape(s.missing)}</b>.{escape(task)} <small>{escape(s.id)}: "
-        f"{miss.cause}</small>"
-        f"</summary><table>{inner}</table></details>"
+        f"{miss.cause}</small></summary><table>{inner}</table></details>"
     )
 
 

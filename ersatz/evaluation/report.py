@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ersatz.errors import InputError
+from ersatz.evaluation.agreement import HEADINGS
 from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.figures import draw_all
 from ersatz.evaluation.page import html_report, shown
@@ -58,7 +59,7 @@ def write_tables(results: Results, out: Path) -> list[Path]:
 def markdown_table(results: Results) -> str:
     """Return the methods and their agreement as a table in Markdown, best first by top-1."""
     lines = [
-        "| method | top-1 | MRR | nDCG above chance | F1 of the set | top-1 against ERSATZ |",
+        f"| method | {' | '.join(HEADINGS[metric] for metric in TABLE)} | top-1 against ERSATZ |",
         "|---|---|---|---|---|---|",
     ]
     for one in sorted(results.standings, key=lambda s: -(s.metrics["top1"].mean or 0)):

@@ -8,27 +8,17 @@ The affordance rival takes part where the shared data is.
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from ersatz.evaluation.experiment import run
 from ersatz.evaluation.report import markdown_table, write
 from ersatz.evaluation.scenarios import load_scenarios
-from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.measurements import Block
-from ersatz.pipeline import Settings, build
+from ersatz.pipeline import ground_blocks
 from tests.conftest import DATA, ROOT
 
 BEGIN, END = "<!-- methods on the benchmark -->", "<!-- end of methods -->"
 AFFORDANCES = DATA / "affordances" / "affordance_data.csv"
-
-
-def ground(blocks: Sequence[Block], clusters: int, seed: int) -> KnowledgeBase:
-    """Ground blocks; few restarts, for it is done often."""
-    return build(
-        blocks=blocks, settings=Settings(SubcategorizationSettings(clusters, restarts=10, seed=seed))
-    )
 
 
 def main() -> None:
@@ -42,7 +32,7 @@ def main() -> None:
         KnowledgeBase.open("household"),
         load_scenarios("benchmark"),
         baselines=[f"affordances={AFFORDANCES}"] if AFFORDANCES.is_file() else [],
-        ground=ground if options.out else None,
+        ground=ground_blocks if options.out else None,
         workers=options.workers,
         progress=lambda stage, share: print(f"{share:4.0%} {stage}", file=sys.stderr),
     )
