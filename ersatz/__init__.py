@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ersatz.knowledge.models import ClassModel, FunctionModel, SubstitutionModel
     from ersatz.measurements import Kind, Measurements, Origin, Property, Source
     from ersatz.pipeline import Settings, build
+    from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.representative import class_model, function_model
     from ersatz.reasoner.substitution import Ranking, Substitute, rank_substitutes
@@ -35,6 +36,7 @@ _HOMES: Final = {
     "class_model": "reasoner.representative",
     "function_model": "reasoner.representative",
     "Ranking": "reasoner.substitution",
+    "ask_for_more": "reasoner.asking",
     "Substitute": "reasoner.substitution",
     "rank_substitutes": "reasoner.substitution",
     "Settings": "pipeline",
@@ -57,6 +59,7 @@ __all__ = [
     "Source",
     "Substitute",
     "SubstitutionModel",
+    "ask_for_more",
     "build",
     "class_model",
     "function_model",

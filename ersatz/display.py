@@ -20,6 +20,7 @@ from ersatz.reasoner.substitution import Ranking, Status
 if TYPE_CHECKING:
     from ersatz.knowledge.validation import Report
     from ersatz.pipeline import Grounded
+    from ersatz.reasoner.asking import Wishes
 
 BAR = 10
 """Characters of a full bar."""
@@ -44,13 +45,33 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
     table.add_column(ratio=1)
     for substitute in ranking[:most]:
         verdict = Text("stands in", "green") if substitute.accepted else Text("does not", "red")
-        words = Text.assemble(substitute.reasons() + ". ", (substitute.turning(), "dim"))
+        sure = f"{substitute.confidence.sentence()} " if substitute.confidence else ""
+        words = Text.assemble(substitute.reasons() + ". ", (sure, "bold"), (substitute.turning(), "dim"))
         table.add_row(verdict, Text(substitute.name, "bold"), bar(substitute.similarity), words)
     console.print(table, highlight=False)
     if most is not None and len(ranking) > most:
         console.print(f"  … and {len(ranking) - most} more", style="dim")
     if ranking.reused:
         console.print("Remembered from an earlier question.", style="dim")
+
+
+def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
+    """Print what is in doubt, and what to measure, the most telling first."""
+    console.print(f"[bold]{escape(wishes.missing)}[/bold] is missing.", highlight=False)
+    sure = Table("", "stands in", "most similar", box=None, pad_edge=False)
+    for one in wishes.candidates[:most]:
+        sure.add_row(escape(one.name), bar(one.accepted), f"{one.best:.2f}")
+    console.print(sure, highlight=False)
+    if not wishes.wishes:
+        console.print("No measurement is expected to change the decision.")
+        return
+    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
+    for wish in wishes.wishes[:most]:
+        of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
+        known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
+        asked.add_row(wish.property, escape(of), known, f"{wish.gain:.3f} bits")
+    console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
+    console.print(asked, highlight=False)
 
 
 def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None:

@@ -7,6 +7,7 @@ import typer
 
 from ersatz.cli.app import app
 from ersatz.cli.terminal import Location, console, open_kb, print_json, save
+from ersatz.cli.update import read_values
 
 
 @app.command()
@@ -51,6 +52,11 @@ def substitute(
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
     ] = None,
+    confidence: Annotated[
+        bool, typer.Option("--confidence", help="Also tell how sure the answer is.")
+    ] = False,
+    draws: Annotated[int, typer.Option(help="Of --confidence: how often what is unsure is drawn.")] = 200,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
     remember: Annotated[bool, typer.Option(help="Write the answer into the knowledge base.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
 ) -> None:
@@ -73,9 +79,16 @@ def substitute(
     )
     kb = open_kb(location)
     ranking = rank_substitutes(
-        kb, missing, available, instances=instance or (), settings=settings, remember=remember
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        settings=settings,
+        remember=remember,
+        draws=draws if confidence else None,
+        seed=seed,
     )
-    if remember and not ranking.reused and ranking.status is Status.OK:
+    if remember and (confidence or not ranking.reused) and ranking.status is Status.OK:
         save(kb, "the answer is not remembered")
     if as_json:
         print_json(ranking.to_json())
@@ -84,6 +97,57 @@ def substitute(
 
         show_ranking(console(), ranking)
     raise typer.Exit(0 if ranking.status is Status.OK else 1)
+
+
+@app.command()
+def ask(
+    location: Location,
+    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
+    available: Annotated[
+        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
+    ] = None,
+    instance: Annotated[
+        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
+    ] = None,
+    best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
+    properties: Annotated[
+        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    draws: Annotated[int, typer.Option(help="How often what is unsure is drawn.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Tell what to measure before deciding on a substitute: what reduces the doubt most comes first.
+
+    Example: ersatz ask household --missing tray --measured object.toml
+    """
+    from ersatz.knowledge.updates import qualities_of
+    from ersatz.reasoner.asking import ask_for_more
+    from ersatz.reasoner.gain import Doubt
+    from ersatz.reasoner.relevance import ReasonerSettings
+
+    kb = open_kb(location)
+    wishes = ask_for_more(
+        kb,
+        missing,
+        available,
+        instances=instance or (),
+        held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
+        settings=ReasonerSettings(properties=_properties(properties)),
+        about=Doubt.BEST if best else Doubt.ACCEPTED,
+        draws=draws,
+        seed=seed,
+    )
+    if as_json:
+        print_json(wishes.to_json())
+    else:
+        from ersatz.display import show_wishes
+
+        show_wishes(console(), wishes)
 
 
 @app.command()

@@ -34,7 +34,7 @@ def observe(
 
     kb = open_kb(location)
     if measurements.suffix in (".json", ".toml"):
-        kb.observe(object_class, instance, _values(measurements), observation=observation)
+        kb.observe(object_class, instance, read_values(measurements), observation=observation)
     else:
         observe_blocks(kb, object_class, instance, _table_of(kb, measurements))
     save(kb)
@@ -53,13 +53,14 @@ def forget(location: Location, instance: Annotated[str, typer.Argument(help="The
     say(f"{instance}: forgotten")
 
 
-def _values(path: Path) -> dict[str, Any]:
+def read_values(path: Path, *, some: bool = True) -> dict[str, Any]:
+    """Return the values of an object, one a property; at least one, if some."""
     try:
         text = path.read_text(encoding="utf-8")
         values = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
     except (OSError, UnicodeDecodeError, json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"cannot read measurements from {str(path)!r}: {error}") from None
-    if not isinstance(values, dict) or not values:
+    if not isinstance(values, dict) or (some and not values):
         raise InputError(
             f"{str(path)!r} holds no measurements: give one value a property, such as weight = 0.3"
         )

@@ -17,7 +17,7 @@ from ersatz.evaluation.uncertainty import Estimate, estimate
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import Block, Kind
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
-from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.similarity import CRISP
 
 Progress: TypeAlias = Callable[[str, float], None]
 
@@ -123,7 +123,7 @@ def _reasoner_settings(kb: KnowledgeBase) -> Iterator[tuple[str, str, ReasonerSe
         yield "phi of relevance", text, _paper(relevance_tolerance=level)
     for combine in Combine:
         yield "functions", str(combine), _paper(combine=combine)
-    for similarity in Similarity:
+    for similarity in CRISP:
         yield "similarity", str(similarity), _paper(similarity=similarity)
     for yes in (False, True):
         yield "lowest qualities are functions", "no" if yes else "yes", _paper(above_lowest=yes)

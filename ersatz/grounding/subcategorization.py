@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ersatz.errors import ErsatzWarning, InputError
 from ersatz.grounding import fuzzy
+from ersatz.grounding.summaries import Histogram, Sample, Summary
 from ersatz.measurements import DIGITS, Property, rounded
 
 _Numbers: TypeAlias = NDArray[Any]
@@ -27,16 +28,11 @@ _Numbers: TypeAlias = NDArray[Any]
 MOST_CLUSTERS: Final = 127
 """More qualities than this per property have no place in the int8 labels."""
 
-EXACT_LIMIT: Final = 1_000_000
-"""Above this many distinct values a 1-D fit starts from a histogram of `HISTOGRAM_BINS` bins."""
-
-HISTOGRAM_BINS: Final = 1 << 16
-
 FRACTION_LIMIT: Final = 2_000
-"""Up to this many distinct values a 1-D fit that floats cannot decide is repeated in whole numbers."""
+"""Up to this many distinct values a 1-D fit that floats cannot decide is repeated in whole numbers.
 
-SAMPLE_LIMIT: Final = 20_000
-"""Above this many value vectors a fit in several dimensions starts from a seeded sample of this size."""
+Where there are more, neighbours are first brought to about as many groups; so are the bins of a histogram.
+"""
 
 USUAL_FUZZIFIER: Final = 2.0
 """In the middle of what is recommended, 1.5 to 2.5 (Pal and Bezdek 1995); and with it, degrees need no
@@ -183,16 +179,30 @@ def most(degrees: NDArray[np.int64]) -> NDArray[np.int8]:
 def learn_qualities(
     values: NDArray[np.float64], prop: Property, settings: SubcategorizationSettings | None = None
 ) -> Qualities:
-    """Cluster the values of one property into qualities.
-
-    One dimension is solved exactly: the partition of least inertia, by dynamic programming. Several
-    dimensions take the best of many k-means starts, then Lloyd's steps in exact arithmetic until
-    nothing moves. The result depends neither on the order of the values nor on the number of threads.
-    With a fuzzifier above 1 fuzzy clusters are then found, from the crisp ones on.
+    """Cluster the values of one property into qualities; as `fit_qualities` with all of them at hand.
 
     Parameters
     ----------
     values : (n, d) array, in the property's unit; n >= 1, repeated values count
+    """
+    if values.shape[1] == 1:
+        return fit_qualities(Histogram.of(values[:, 0]), prop, settings)
+    ordered = values[np.lexsort(values.T[::-1])]
+    drawn = np.random.default_rng((settings or SubcategorizationSettings()).seed).permutation(len(values))
+    return fit_qualities(Sample.of(ordered, drawn.astype(np.uint64)), prop, settings)
+
+
+def fit_qualities(
+    summary: Summary, prop: Property, settings: SubcategorizationSettings | None = None
+) -> Qualities:
+    """Cluster the summarized values of one property into qualities.
+
+    One dimension is solved exactly: the partition of least inertia, by dynamic programming. Where there
+    are too many values for that, their histogram is solved, within a thousandth of the least inertia.
+    Several dimensions take the best of many k-means starts, then Lloyd's steps in exact arithmetic until
+    nothing moves; where vectors are too many, on a sample of them. With a fuzzifier above 1 fuzzy clusters
+    are then found, from the crisp ones on. The result depends neither on the order of the values nor on
+    the number of threads.
 
     Warns
     -----
@@ -200,8 +210,11 @@ def learn_qualities(
         If there are fewer distinct values than clusters: there will be fewer qualities.
     """
     settings = settings or SubcategorizationSettings()
-    values = values[np.lexsort(values.T[::-1])]
-    distinct, weights = np.unique(values, axis=0, return_counts=True)
+    if isinstance(summary, Histogram):
+        distinct, weights = summary.points, summary.counts
+    else:
+        vectors = summary.vectors[np.lexsort(summary.vectors.T[::-1])]
+        distinct, weights = np.unique(vectors, axis=0, return_counts=True)
     k = min(settings.clusters, len(distinct))
     if k < settings.clusters:
         warnings.warn(
@@ -210,76 +223,63 @@ def learn_qualities(
             ErsatzWarning,
             stacklevel=2,
         )
-    if values.shape[1] == 1:
-        centroids, method = _fit_line(distinct[:, 0], weights, k)
+    if isinstance(summary, Histogram):
+        centroids, method = _fit_line(distinct, weights, k, exact=summary.shift is None)
     else:
-        centroids, method = _fit_space(values, distinct, k, settings)
+        centroids, method = _fit_space(vectors, distinct, k, settings)
+        if summary.seen > len(vectors):
+            method = "sampled k-means"
     crisp = Qualities(prop, centroids, method)
-    return crisp if settings.fuzzifier == 1 else _softened(crisp, distinct, weights, settings)
+    return crisp if settings.fuzzifier == 1 else _softened(crisp, distinct, weights, settings.fuzzifier)
 
 
 def _softened(
-    crisp: Qualities,
-    distinct: NDArray[np.float64],
-    weights: NDArray[np.int64],
-    settings: SubcategorizationSettings,
+    crisp: Qualities, distinct: NDArray[np.float64], weights: NDArray[np.int64], fuzzifier: float
 ) -> Qualities:
     """Return the fuzzy qualities that the crisp ones lead to; the crisp centroids if two become one."""
-    given = replace(crisp, fuzzifier=settings.fuzzifier)
-    if len(crisp.centroids) in (1, len(distinct)):
+    values = distinct[:, None] if distinct.ndim == 1 else distinct
+    given = replace(crisp, fuzzifier=fuzzifier)
+    if len(crisp.centroids) in (1, len(values)):
         return given
-    line = distinct.shape[1] == 1
-    method = "fuzzy c-means" if line else "Gustafson-Kessel"
-    if len(distinct) > SAMPLE_LIMIT:
-        distinct, weights = _fewer(distinct, weights, settings.seed)
-        method = f"sampled {method}"
-    found = fuzzy.soften(distinct, weights, crisp.centroids, settings.fuzzifier)
+    found = fuzzy.soften(values, weights, crisp.centroids, fuzzifier)
     if found is None or len(np.unique(found[0], axis=0)) < len(crisp.centroids):
         warnings.warn(
             f"{crisp.property.name!r} has fewer than {len(crisp.centroids)} fuzzy clusters: the crisp "
             "ones are kept, with degrees",
             ErsatzWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
         return given
     centroids, norms = found
-    order = _order(centroids, np.repeat(distinct, weights, axis=0))
+    order = _order(centroids, np.repeat(values, weights, axis=0) if norms is not None else values)
+    method = "fuzzy c-means" if norms is None else "Gustafson-Kessel"
+    if crisp.method in ("histogram", "sampled k-means"):
+        method = f"sampled {method}"
     return Qualities(
-        crisp.property, centroids[order], method, settings.fuzzifier, None if norms is None else norms[order]
+        crisp.property, centroids[order], method, fuzzifier, None if norms is None else norms[order]
     )
 
 
-def _fewer(
-    distinct: NDArray[np.float64], weights: NDArray[np.int64], seed: int
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return a histogram of the values of a line, or a seeded sample of vectors."""
-    if distinct.shape[1] == 1:
-        x = distinct[:, 0]
-        starts = _bins(x)
-        mass = np.add.reduceat(weights, starts)
-        return (np.add.reduceat(x * weights, starts) / mass)[:, None], mass
-    chosen = np.sort(np.random.default_rng(seed).choice(len(distinct), SAMPLE_LIMIT, replace=False))
-    return distinct[chosen], weights[chosen]
-
-
-def _fit_line(x: NDArray[np.float64], weights: NDArray[np.int64], k: int) -> tuple[NDArray[np.float64], str]:
+def _fit_line(
+    x: NDArray[np.float64], weights: NDArray[np.int64], k: int, *, exact: bool
+) -> tuple[NDArray[np.float64], str]:
     """Return the centroids of the best partition of sorted, weighted, distinct values."""
-    heavy = weights.astype(np.float64)
-    if len(x) > EXACT_LIMIT:
-        starts, method = _bins(x), "histogram"
+    heavy, method = weights.astype(np.float64), "optimal"
+    cuts = _best_cuts(x, heavy, k) if exact else None
+    if cuts is None:
+        starts, method = _groups(x), "histogram"
         mass = np.add.reduceat(heavy, starts)
-        cuts = _best_cuts(np.add.reduceat(x * heavy, starts) / mass, mass, k)
-        cuts = _settled(x, heavy, np.append(starts, len(x))[cuts])
-    else:
-        cuts, method = _best_cuts(x, heavy, k), "optimal"
+        best = _best_cuts(np.add.reduceat(x * heavy, starts) / mass, mass, k)
+        assert best is not None, "whole numbers decide"
+        cuts = _settled(x, heavy, np.append(starts, len(x))[best])
     means = [_mean(x[a:b], weights[a:b]) for a, b in itertools.pairwise(cuts)]
     return rounded(np.array(means)[:, None]), method
 
 
-def _bins(x: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return where the bins of a histogram begin: fine where values are many, and where they are sparse."""
-    by_number = np.linspace(0, len(x), HISTOGRAM_BINS // 2, endpoint=False).astype(np.int64)
-    by_width = np.searchsorted(x, np.linspace(x[0], x[-1], HISTOGRAM_BINS // 2))
+def _groups(x: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return where groups of values begin: fine where values are many, and where they are sparse."""
+    by_number = np.linspace(0, len(x), FRACTION_LIMIT // 2, endpoint=False).astype(np.int64)
+    by_width = np.searchsorted(x, np.linspace(x[0], x[-1], FRACTION_LIMIT // 2))
     return np.unique(np.concatenate([by_number, by_width]))
 
 
@@ -291,22 +291,24 @@ def _settled(
         means = np.add.reduceat(x * weights, cuts[:-1]) / np.add.reduceat(weights, cuts[:-1])
         inner = np.searchsorted(x, (means[1:] + means[:-1]) / 2, side="right")
         moved = np.concatenate([cuts[:1], inner, cuts[-1:]])
-        if np.array_equal(moved, cuts):
+        if np.array_equal(moved, cuts) or (np.diff(moved) == 0).any():
             break
         cuts = moved
     return cuts
 
 
-def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> NDArray[np.int64]:
+def _best_cuts(x: NDArray[np.float64], weights: NDArray[np.float64], k: int) -> NDArray[np.int64] | None:
     """Return the k + 1 borders of the partition of sorted weighted values that has the least inertia.
 
     Where the clusters are so tight beside their distances that differences of floats say nothing, whole
-    numbers decide.
+    numbers decide; None where there are too many values for that.
     """
     sums = _prefix_sums(x - np.average(x, weights=weights), weights)
     cuts = _cheapest(sums, k)
     unsure = _cost(sums, cuts[:-1], cuts[1:]).sum() <= 1e-5 * sums[2][-1]
-    if unsure and 1 < k < len(x) <= FRACTION_LIMIT:
+    if unsure and 1 < k < len(x):
+        if len(x) > FRACTION_LIMIT:
+            return None
         ratios = [value.as_integer_ratio() for value in x.tolist()]
         scale = max(denominator for _, denominator in ratios)
         whole = np.array([n * (scale // d) for n, d in ratios], dtype=object)
@@ -384,11 +386,7 @@ def _fit_space(
         return distinct[_order(distinct, values)], "optimal"
     from sklearn.cluster import KMeans
 
-    sample, method = values, "k-means"
-    if len(values) > SAMPLE_LIMIT:
-        chosen = np.random.default_rng(settings.seed).choice(len(values), SAMPLE_LIMIT, replace=False)
-        sample, method = values[np.sort(chosen)], "sampled k-means"
-    fitted = KMeans(k, n_init=settings.restarts, random_state=settings.seed).fit(sample)
+    fitted = KMeans(k, n_init=settings.restarts, random_state=settings.seed).fit(values)
     centroids = np.asarray(fitted.cluster_centers_, dtype=np.float64)
     for _ in range(1000):
         labels = _nearest(values, centroids)
@@ -398,7 +396,7 @@ def _fit_space(
         if np.array_equal(moved, centroids):
             break
         centroids = moved
-    return centroids[_order(centroids, values)], method
+    return centroids[_order(centroids, values)], "k-means"
 
 
 def _order(centroids: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -418,14 +416,10 @@ def _nearest(values: NDArray[np.float64], centroids: NDArray[np.float64]) -> NDA
 
 
 def _mean(x: NDArray[np.float64], weights: NDArray[np.int64]) -> float:
-    if len(x) > EXACT_LIMIT:
-        return float(np.average(x, weights=weights))
     return fsum(x * weights) / int(weights.sum())
 
 
 def _mean_vector(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    if len(values) > EXACT_LIMIT:
-        return rounded(values.mean(axis=0))
     return rounded(np.array([fsum(component) / len(values) for component in values.T]))
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -12,6 +11,7 @@ from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.paragraphs import batched
 from ersatz.knowledge.queries import (
     Answer,
     Argument,
@@ -28,6 +28,7 @@ from ersatz.knowledge.stores import (
     Store,
     format_of,
     is_directory_store,
+    load_own,
 )
 from ersatz.knowledge.writer import revision_line, revision_of
 from ersatz.measurements import Origin, Source
@@ -40,6 +41,9 @@ T = TypeVar("T")
 
 SHIPPED: Final = ("household",)
 """Names of knowledge bases that come with ERSATZ."""
+
+PIECE: Final = 100_000
+"""Triples that are loaded at once: more need more memory, fewer make the engine sort more files."""
 
 _TYPES_OF: Final = {
     "class": {v.OWL_CLASS.value},
@@ -134,7 +138,7 @@ class KnowledgeBase:
             return cls(DirectoryStore(path))
         engine = ox.Store()
         for chunk in _chunks(lines):
-            engine.bulk_load(chunk, format=ox.RdfFormat.N_TRIPLES)
+            load_own(engine, chunk)
         kb = cls(MemoryStore(engine, str(path or "a knowledge base in memory")))
         if path is not None:
             write(kb.triples(), path)
@@ -427,21 +431,14 @@ def check_target(target: Path) -> None:
 def _chunks(lines: Iterable[str]) -> Iterator[bytes]:
     """Yield the lines in pieces, and at last the revision that follows from them."""
     revision = 0
-    for piece in batched(lines, 50_000):
+    for piece in batched(lines, PIECE):
         revision = revision_of(piece, revision)
         yield "".join(piece).encode()
     yield revision_line(revision).encode()
 
 
 def _pieces(lines: Iterable[str]) -> Iterator[bytes]:
-    return ("".join(piece).encode() for piece in batched(lines, 50_000))
-
-
-def batched(lines: Iterable[str], size: int) -> Iterator[list[str]]:
-    """Yield the lines in lists of at most `size` (Python 3.12 has this in itertools)."""
-    rest = iter(lines)
-    while piece := list(islice(rest, size)):
-        yield piece
+    return ("".join(piece).encode() for piece in batched(lines, PIECE))
 
 
 def _guesses(name: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 from decimal import Decimal, localcontext
 from fractions import Fraction
+from functools import lru_cache
 
 from pyoxigraph import Literal, NamedNode
 
@@ -54,6 +55,7 @@ def degree(count: int) -> str:
     return f'"{degree_text(count)}"{_DECIMAL}'
 
 
+@lru_cache(maxsize=1 << 12)
 def degree_text(count: int) -> str:
     """Return a count kept in millionths as a plain decimal number."""
     whole, part = divmod(count, DEGREE)
@@ -69,6 +71,7 @@ def millionths(count: Decimal) -> int:
     return int(count.scaleb(PROPORTION_DIGITS))
 
 
+@lru_cache(maxsize=1 << 12)
 def proportion_text(count: int, total: int) -> str:
     """Return count / total rounded half to even to six places, as a plain decimal number.
 

@@ -1,36 +1,23 @@
 """Files: the knowledge base written down, one paragraph a thing, the same bytes for the same knowledge."""
 
 import gzip
-import io
 import os
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Final
+from typing import IO, Final, cast
 
 import pyoxigraph as ox
 
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.paragraphs import batched, paragraphs
 from ersatz.knowledge.stores import format_of
 
-_SECTIONS: Final = {
-    str(v.OWL_ONTOLOGY): (0, "Header"),
-    str(v.KNOWLEDGE_BUILD): (1, "How this came about"),
-    str(v.SOURCE_CLASS): (1, "How this came about"),
-    str(v.PHYSICAL_PROPERTY): (2, "Properties"),
-    str(v.FUNCTIONAL_PROPERTY): (2, "Properties"),
-    str(v.AXIS): (2, "Properties"),
-    str(v.PHYSICAL_QUALITY): (3, "Qualities"),
-    str(v.FUNCTIONAL_QUALITY): (3, "Qualities"),
-    str(v.OWL_CLASS): (4, "Object classes"),
-    str(v.CLASS_MODEL): (5, "Class knowledge"),
-    str(v.FUNCTION_MODEL): (6, "Function models"),
-    str(v.SUBSTITUTION_MODEL): (8, "Substitution models"),
-    str(v.CANDIDATE_CLASS): (8, "Substitution models"),
-}
-_INSTANCES: Final = (7, "Instances and what was measured of them")
+_PIECE: Final = 10_000
+"""Words or lines that are written at once."""
+
 _TYPE: Final = str(v.TYPE)
-_FIRST: Final = {_TYPE: 0, str(v.SUBCLASS_OF): 1, str(v.LABEL): 2}
 _NUMBER: Final = re.compile(rf'"([+-]?[0-9.]+)"\^\^<{re.escape(v.XSD)}(integer|decimal)>$')
 _LETTERS: Final = (
     r"A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff"
@@ -40,32 +27,36 @@ _LOCAL: Final = re.compile(rf"[{_LETTERS}][{_LETTERS}0-9-]*\Z")
 """What may follow a prefix in Turtle; of its PN_LOCAL the part we need, anything else stays a full IRI."""
 _NAMESPACES: Final = {namespace: prefix for prefix, namespace in v.PREFIXES.items()}
 
-Statements = dict[str, list[tuple[str, str]]]
-
 
 def write_file(triples: Iterable[ox.Triple | ox.Quad], path: Path) -> None:
-    """Write triples to a file in the format its name says; an older file stays until the new is complete."""
+    """Write triples to a file in the format its name says; an older file stays until the new is complete.
+
+    Memory does not grow with their number (but with that of classes); more than a batch of them are sorted
+    in temporary files beside it, which need about twice its room.
+    """
     known = format_of(path)
     assert known is not None, path
     format_, packed = known
-    if format_ is ox.RdfFormat.TURTLE:
-        data = "".join(turtle(triples)).encode()
-    else:
-        data = _serialize(triples, format_)
     pending = path.with_name(f".{path.name}.new-{os.getpid()}")
     try:
-        pending.write_bytes(gzip.compress(data, mtime=0) if packed else data)
+        with pending.open("wb") as raw, _packed(raw) if packed else nullcontext(raw) as file:
+            if format_ is ox.RdfFormat.TURTLE:
+                _write(turtle(triples, path.parent), file)
+            elif format_ is ox.RdfFormat.N_TRIPLES:
+                _write(_lines(triples, path.parent), file)
+            else:
+                ox.serialize(_ordered(triples, path.parent), file, format_, prefixes=dict(v.PREFIXES))
         pending.replace(path)
     finally:
         pending.unlink(missing_ok=True)
 
 
-def turtle(triples: Iterable[ox.Triple | ox.Quad]) -> Iterator[str]:
+def turtle(triples: Iterable[ox.Triple | ox.Quad], folder: Path | None = None) -> Iterator[str]:
     """Yield the triples as Turtle, sorted: header, properties, qualities, classes, models, instances."""
     for prefix, namespace in v.PREFIXES.items():
         yield f"@prefix {prefix}: <{namespace}> .\n"
     heading = ""
-    for (_, title, *_rest), subject, pairs in _paragraphs(triples):
+    for (_, title, *_rest), subject, pairs in paragraphs(triples, folder):
         if title != heading:
             yield f"\n\n# {title}\n"
             heading = title
@@ -81,52 +72,25 @@ def turtle(triples: Iterable[ox.Triple | ox.Quad]) -> Iterator[str]:
         yield " .\n"
 
 
-def _serialize(triples: Iterable[ox.Triple | ox.Quad], format_: ox.RdfFormat) -> bytes:
-    ordered = ox.parse(
-        io.BytesIO(
-            "".join(
-                f"{subject} {predicate} {value} .\n"
-                for _, subject, pairs in _paragraphs(triples)
-                for predicate, value in pairs
-            ).encode()
-        ),
-        format=ox.RdfFormat.N_TRIPLES,
-    )
-    data = ox.serialize((quad.triple for quad in ordered), format=format_, prefixes=dict(v.PREFIXES))
-    assert data is not None
-    return data
+def _lines(triples: Iterable[ox.Triple | ox.Quad], folder: Path) -> Iterator[str]:
+    for _, subject, pairs in paragraphs(triples, folder):
+        for predicate, value in pairs:
+            yield f"{subject} {predicate} {value} .\n"
 
 
-def _paragraphs(
-    triples: Iterable[ox.Triple | ox.Quad],
-) -> list[tuple[tuple[int, str, list[str]], str, list[tuple[str, str]]]]:
-    """Return (place, subject, sorted pairs) in the order of the file."""
-    about: Statements = {}
-    for triple in triples:
-        about.setdefault(str(triple.subject), []).append((str(triple.predicate), str(triple.object)))
-    places: dict[str, tuple[int, str]] = {}
-    for subject, pairs in about.items():
-        named = (_SECTIONS[value] for predicate, value in pairs if predicate == _TYPE and value in _SECTIONS)
-        places[subject] = next(named, _INSTANCES)
-    models = {_parts(subject)[0]: place for subject, place in places.items() if place[0] in (5, 6)}
-    rows = []
-    for subject, pairs in about.items():
-        place, parts = places[subject], _parts(subject)
-        if place == _INSTANCES:
-            owner, dash, _ = subject.rpartition("-")
-            place = places.get(f"{owner}>", place) if dash else models.get(parts[0], place)
-        rows.append(((*place, parts), subject, sorted(pairs, key=_pair_order)))
-    return sorted(rows)
+def _ordered(triples: Iterable[ox.Triple | ox.Quad], folder: Path) -> Iterator[ox.Triple]:
+    for piece in batched(_lines(triples, folder), _PIECE):
+        for quad in ox.parse("".join(piece).encode(), format=ox.RdfFormat.N_TRIPLES, lenient=True):
+            yield quad.triple
 
 
-def _parts(subject: str) -> list[str]:
-    """Return the parts of a local name, so that a thing's details follow it: Bowl, then Bowl__size_2."""
-    local = re.split(r"[#/]", subject.strip("<>"))[-1]
-    return local.removeprefix("model_").replace("-", "__").split("__")
+def _packed(raw: IO[bytes]) -> AbstractContextManager[IO[bytes]]:
+    return cast("AbstractContextManager[IO[bytes]]", gzip.GzipFile("", "wb", 9, raw, mtime=0))
 
 
-def _pair_order(pair: tuple[str, str]) -> tuple[int, str, str]:
-    return _FIRST.get(pair[0], 3), pair[0], pair[1].rstrip(">")
+def _write(words: Iterable[str], file: IO[bytes]) -> None:
+    for piece in batched(words, _PIECE):
+        file.write("".join(piece).encode())
 
 
 def _short(term: str) -> str:

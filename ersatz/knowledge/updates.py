@@ -28,7 +28,7 @@ from ersatz.knowledge.writer import (
     named,
     source_lines,
 )
-from ersatz.measurements import Block, Kind, Measurements, Origin, Property, Source
+from ersatz.measurements import DIGITS, Block, Kind, Measurements, Origin, Property, Source
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -55,6 +55,26 @@ def observe(
         row = _vector(name, value)
         blocks.append(Block(properties[name], [object_class], [instance], [observation], row, origin, source))
     observe_blocks(kb, object_class, instance, blocks)
+
+
+def qualities_of(kb: "KnowledgeBase", values: Mapping[str, float | Sequence[float]]) -> list[str]:
+    """Return the names of the qualities that values stand for, one a property; nothing is written.
+
+    Raises
+    ------
+    InputError
+        If a property is not known, or a value does not fit it.
+    """
+    known = {quality.property.name: quality for quality in read_qualities(kb)}
+    found = []
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(f"property {name!r} has no qualities here: known are {', '.join(sorted(known))}")
+        row, width = _vector(name, value), known[name].centroids.shape[1]
+        if row.shape[1] != width or not np.isfinite(row).all():
+            raise InputError(f"{name} is {value!r}: give {width} finite number{'s' if width > 1 else ''}")
+        found.append(known[name].names[int(known[name].assign(np.round(row, DIGITS))[0])])
+    return found
 
 
 def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks: Sequence[Block]) -> None:

@@ -7,6 +7,7 @@ difference between the lines of the old and the new knowledge of what changed.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from hashlib import sha256
 from typing import Final
 
@@ -119,8 +120,9 @@ def class_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[str]:
     yield from _individual(model, v.CLASS_MODEL, f"what is known of {label}")
     yield f"{model} {v.DESCRIBES_CLASS} {concept} .\n"
     yield f"{model} {v.INSTANCE_COUNT} {integer(int(counts.units[row]))} .\n"
-    totals = np.repeat(counts.class_totals[row], np.diff(counts.offsets))
-    yield from _entries(model, local, label, counts, counts.class_counts[row], totals, theta)
+    yield from _entries(
+        model, local, label, counts, counts.class_counts[row], counts.class_totals[row], theta
+    )
 
 
 def function_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[str]:
@@ -131,8 +133,8 @@ def function_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[st
     model = iri(f"{v.KB}model_{snake_name(name)}")
     yield from _individual(model, v.FUNCTION_MODEL, f"what goes with {name}")
     yield f"{model} {v.FOR_FUNCTION} {iri(snake_iri(name))} .\n"
-    totals = np.repeat(counts.function_totals[row], np.diff(counts.offsets))
-    yield from _entries(model, snake_name(name), name, counts, counts.function_counts[row], totals, theta)
+    observed, totals = counts.function_counts[row], counts.function_totals[row]
+    yield from _entries(model, snake_name(name), name, counts, observed, totals, theta)
 
 
 def instance_knowledge(measurements: Measurements, units: Units, attribution: Attribution) -> Iterator[str]:
@@ -163,11 +165,11 @@ def revision_of(lines: Iterable[str], start: int = 0) -> int:
 
     The sum does not depend on the order, and an update changes it by what it adds and takes away.
     """
-    total = start
-    for line in lines:
-        if is_knowledge(line):
-            total += int.from_bytes(sha256(line.encode()).digest(), "big")
-    return total % (1 << 256)
+    digests = b"".join([sha256(line.encode()).digest() for line in lines if is_knowledge(line)])
+    words = np.frombuffer(digests, dtype=">u4").reshape(-1, 8).sum(axis=0, dtype=np.uint64)
+    for place, word in enumerate(reversed(words)):
+        start += int(word) << 32 * place
+    return start % (1 << 256)
 
 
 def is_knowledge(line: str) -> bool:
@@ -336,11 +338,14 @@ def _entries(
     totals: np.ndarray[tuple[int], np.dtype[np.int64]],
     theta: Fraction,
 ) -> Iterator[str]:
-    names = [snake_name(name) for quality in counts.qualities for name in quality.names]
+    columns = _columns(counts.qualities)
     opening = english(label).removesuffix('"@en')
-    for at in np.flatnonzero(observed).tolist():
-        count, total, name = int(observed[at]), int(totals[at]), names[at]
-        entry, quality = f"<{v.KB}{local}__{name}>", f"<{v.KB}{name}>"
+    all_totals = totals.tolist()
+    for (owner, name, quality), count in zip(columns, observed.tolist(), strict=True):
+        if not count:
+            continue
+        total = all_totals[owner]
+        entry = f"<{v.KB}{local}__{name}>"
         few, all_, proportion = degree_text(count), degree_text(total), proportion_text(count, total)
         yield f"{model} {_HAS_ENTRY} {entry} .\n"
         yield f"{entry} {_TYPE} {_INDIVIDUAL} .\n"
@@ -352,6 +357,16 @@ def _entries(
         yield f'{entry} {_PROPORTION} "{proportion}"{_DECIMAL} .\n'
         if count * theta.denominator >= theta.numerator * total:
             yield f"{model} {_REPRESENTATIVE} {quality} .\n"
+
+
+@lru_cache(maxsize=8)
+def _columns(qualities: tuple[Qualities, ...]) -> tuple[tuple[int, str, str], ...]:
+    """Return the row of the property, the local name and the IRI in N-Triples of every quality."""
+    return tuple(
+        (owner, snake_name(name), iri(snake_iri(name)))
+        for owner, quality in enumerate(qualities)
+        for name in quality.names
+    )
 
 
 def _means(

@@ -9,9 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.reasoner.relevance import Combine, ReasonerSettings, Relevance, in_use
+from ersatz.reasoner.graded import ONE
+from ersatz.reasoner.quantised import Grades
+from ersatz.reasoner.relevance import Demand, ReasonerSettings, Relevance, in_use, relevant_sets
 from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import above, compare
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Graded:
+    """The degrees behind a comparison.
+
+    Attributes
+    ----------
+    wanted : Demand
+        Of the tool.
+    held : Grades
+        Of the candidate alone.
+    """
+
+    wanted: Demand
+    held: Grades
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +49,8 @@ class Comparison:
         Row of the candidate's class; -1 for an instance.
     memo : list of Steps
         Room for the tool's steps, worked out once for all its candidates.
+    graded : Graded or None
+        What graded reasoning compares.
     """
 
     knowledge: Knowledge
@@ -40,11 +60,16 @@ class Comparison:
     candidate: NDArray[np.bool_]
     row: int
     memo: "list[Steps]"
+    graded: Graded | None = None
 
     @property
     def relevant(self) -> NDArray[np.bool_]:
         """O_P' of the tool."""
         return self.relevance.physical
+
+    def weight(self, at: int) -> float | None:
+        """Return how relevant a quality is, in [0, 1]; None where reasoning is crisp."""
+        return None if self.graded is None else float(self.graded.wanted.weights.qualities[at]) / ONE
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +122,14 @@ class Steps:
 
 
 def counterfactual(comparison: Comparison, similarity: Fraction, *, accepted: bool) -> Counterfactual:
-    """Return the smallest changes of threshold or qualities that would turn the decision."""
+    """Return the smallest changes of threshold or qualities that would turn the decision.
+
+    Graded reasoning has no representative threshold, and a quality is not had or lacked: there, only the
+    tolerance is named.
+    """
+    if comparison.graded is not None:
+        reachable = comparison.relevance.determined and (accepted or similarity > 0)
+        return Counterfactual(similarity if reachable else None, None, (), ())
     if not comparison.relevance.determined:
         return Counterfactual(None, _nearest_theta(comparison, accepted=accepted), (), ())
     gain, lose = _fewest_qualities(comparison, accepted=accepted)
@@ -168,20 +200,9 @@ def _steps(comparison: Comparison) -> Steps:
     physical, functional = in_use(known, settings)
     tool = known.classes.only([comparison.tool])
     mine = np.stack([tool.representative(theta)[0] for theta in thresholds])
-    goes = np.stack([known.functions.representative(theta) for theta in thresholds]) & physical
-    position = {quality.iri: at for at, quality in enumerate(known.qualities)}
-    does = (mine & functional)[:, [position[iri] for iri in known.functions.iris]]
-    body = mine & physical
-    numerators, denominators = compare(pack(body)[:, None], pack(goes))
-    relevant = does & above(numerators, denominators, settings.relevance_tolerance)
-    through = goes & body[:, None]
-    if settings.combine is Combine.UNION:
-        joined = (through & relevant[..., None]).any(axis=1)
-    else:
-        joined = (through | ~relevant[..., None]).all(axis=1)
-    found: NDArray[np.bool_] = np.any(relevant, axis=1)
-    otherwise = body if settings.fallback else np.zeros_like(body)
-    return Steps(tuple(thresholds), np.where(found[:, None], joined, otherwise), found | settings.fallback)
+    goes = np.stack([known.functions.representative(theta) for theta in thresholds])
+    joined, determined = relevant_sets(mine, goes, known.columns, physical, functional, settings)
+    return Steps(tuple(thresholds), joined, determined)
 
 
 def _decisions(comparison: Comparison, tool: Steps, steps: Sequence[Fraction]) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ersatz.grounding.conceptualization import DEGREE
 from ersatz.knowledge.terms import degree_text, plain
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual
+from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.representative import Knowledge
 
 
@@ -27,6 +28,8 @@ class Evidence:
         In the candidate's class; of an instance 1 of 1 or 0 of 1. total is 0 where there was no value.
     functions : tuple of str
         The relevant functional qualities that made it relevant.
+    weight : float in [0, 1], or None
+        How relevant it is; of graded reasoning only.
     """
 
     quality: str
@@ -37,6 +40,7 @@ class Evidence:
     count: int
     total: int
     functions: tuple[str, ...]
+    weight: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types, counts as numbers of units."""
@@ -46,7 +50,7 @@ class Evidence:
             "tool_observed": [_units(self.tool_count), _units(self.tool_total)],
             "observed": [_units(self.count), _units(self.total)],
             "functions": list(self.functions),
-        }
+        } | ({} if self.weight is None else {"weight": round(self.weight, 6)})
 
 
 def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidence, ...]:
@@ -65,6 +69,7 @@ def evidence(comparison: Comparison, chosen: NDArray[np.bool_]) -> tuple[Evidenc
                 *_observed(known, tool, at),
                 *(_observed(known, row, at) if row >= 0 else _perceived(comparison, at)),
                 tuple(f for f, makes in zip(functions, through, strict=True) if makes),
+                comparison.weight(at),
             )
         )
     return tuple(found)
@@ -74,20 +79,35 @@ def reasons(comparison: Comparison, shared: Sequence[Evidence], lacking: Sequenc
     """Return in words what a candidate shares with the tool, how often that was seen, and what it lacks."""
     tool = comparison.knowledge.classes.names[comparison.tool]
     if not comparison.relevance.determined:
-        return f"undetermined, no function of {_article(tool)} is relevant"
+        return f"undetermined, no function of {article(tool)} is relevant"
     return "; ".join(part for part in (_likeness(shared, tool), _lack(shared, lacking)) if part)
 
 
 def origin(comparison: Comparison) -> str:
     """Return in words which functions of the tool made its qualities relevant."""
+    if comparison.graded is not None:
+        weights = comparison.graded.wanted.weights.functions / ONE
+        strongest = sorted(comparison.relevance.functions, key=lambda at: -weights[at])
+        named = [f"{comparison.knowledge.functions.names[at]} ({weights[at]:.2f})" for at in strongest[:4]]
+        return f"What counts follows most from {join(named)}." if named else ""
     functions = [comparison.knowledge.functions.names[at] for at in comparison.relevance.functions]
-    return f"What counts follows from {_join(functions)}." if functions else ""
+    return f"What counts follows from {join(functions)}." if functions else ""
 
 
 def turning(change: Counterfactual, *, accepted: bool) -> str:
     """Return in words what would turn the decision."""
     words = _change(change, accepted=accepted)
     return f"{'Refused' if accepted else 'Accepted'} {words}." if words else ""
+
+
+def article(noun: str) -> str:
+    """Return a noun with its article."""
+    return f"{'an' if noun[:1].lower() in 'aeiou' else 'a'} {noun}"
+
+
+def join(words: Sequence[str], last: str = "and") -> str:
+    """Return words as a list in a sentence."""
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def _likeness(shared: Sequence[Evidence], tool: str) -> str:
@@ -101,10 +121,10 @@ def _likeness(shared: Sequence[Evidence], tool: str) -> str:
             others.append(f"{prop.replace('_', ' ')} {often}")
     parts = []
     if adjectives:
-        parts.append(f"as {_join(adjectives)} as {_article(tool)}")
+        parts.append(f"as {join(adjectives)} as {article(tool)}")
     if others:
-        parts.append(f"like {_article(tool)} in {_join(others)}")
-    return ", ".join(parts) or f"nothing that counts in {_article(tool)}"
+        parts.append(f"like {article(tool)} in {join(others)}")
+    return ", ".join(parts) or f"nothing that counts in {article(tool)}"
 
 
 def _lack(shared: Sequence[Evidence], lacking: Sequence[Evidence]) -> str:
@@ -114,7 +134,7 @@ def _lack(shared: Sequence[Evidence], lacking: Sequence[Evidence]) -> str:
     named = dict.fromkeys(
         one.quality if one.property in partly else f"its {one.property.replace('_', ' ')}" for one in lacking
     )
-    return f"lacks {_join(list(named))}"
+    return f"lacks {join(list(named))}"
 
 
 def _change(change: Counterfactual, *, accepted: bool) -> str:
@@ -127,14 +147,14 @@ def _change(change: Counterfactual, *, accepted: bool) -> str:
     quality = " and ".join(
         part
         for part in (
-            f"with {_join(list(change.gain))}" if change.gain else "",
-            f"without {_join(list(change.lose))}" if change.lose else "",
+            f"with {join(list(change.gain))}" if change.gain else "",
+            f"without {join(list(change.lose))}" if change.lose else "",
         )
         if part
     )
     if quality:
         parts.append(quality)
-    return _join(parts, "or")
+    return join(parts, "or")
 
 
 def _observed(known: Knowledge, row: int, at: int) -> tuple[int, int]:
@@ -148,9 +168,12 @@ def _observed(known: Knowledge, row: int, at: int) -> tuple[int, int]:
 
 def _perceived(comparison: Comparison, at: int) -> tuple[int, int]:
     """Return the same of an instance: 1 of 1, 0 of 1, or 0 of 0 where it has no value of the property."""
-    held = comparison.candidate
     same = _of_one_property(comparison.knowledge, at)
-    return DEGREE * int(held[at]), DEGREE * int(held[same].any())
+    if comparison.graded is not None:
+        held = comparison.graded.held.degrees[0]
+        return (DEGREE * int(held[at]) + ONE // 2) // ONE, DEGREE * int(held[same].any())
+    bits = comparison.candidate
+    return DEGREE * int(bits[at]), DEGREE * int(bits[same].any())
 
 
 def _of_one_property(known: Knowledge, at: int) -> list[int]:
@@ -164,11 +187,3 @@ def _units(count: int) -> int | float:
 
 def _short(value: Fraction) -> str:
     return plain(round(float(value), 4))
-
-
-def _article(noun: str) -> str:
-    return f"{'an' if noun[:1].lower() in 'aeiou' else 'a'} {noun}"
-
-
-def _join(words: Sequence[str], last: str = "and") -> str:
-    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

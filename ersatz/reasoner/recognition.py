@@ -109,13 +109,25 @@ def _held(
     """Return the qualities as bits, and settings that reason with the measured properties only."""
     if not held:
         raise InputError("the object holds no quality: measure at least one property of it")
+    bits = held_bits(known, held)
+    settings = settings or ReasonerSettings()
+    measured = {known.qualities[at].property for at in np.flatnonzero(bits)}
+    allowed = measured if settings.properties is None else measured & set(settings.properties)
+    return bits, replace(settings, properties=tuple(sorted(allowed)))
+
+
+def held_bits(known: Knowledge, held: Sequence[str]) -> NDArray[np.bool_]:
+    """Return the named qualities as (q,) bits.
+
+    Raises
+    ------
+    UnknownNameError
+        If a quality is not known.
+    """
     column = {quality.name: at for at, quality in enumerate(known.qualities)}
     for name in held:
         if name not in column:
             raise UnknownNameError("quality", name, column)
     bits = np.zeros(len(column), dtype=bool)
     bits[[column[name] for name in held]] = True
-    settings = settings or ReasonerSettings()
-    measured = {known.qualities[at].property for at in np.flatnonzero(bits)}
-    allowed = measured if settings.properties is None else measured & set(settings.properties)
-    return bits, replace(settings, properties=tuple(sorted(allowed)))
+    return bits

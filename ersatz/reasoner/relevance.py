@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
+from ersatz.reasoner.graded import Layout, Weights
 from ersatz.reasoner.representative import Knowledge, pack
-from ersatz.reasoner.similarity import Similarity, above, compare
+from ersatz.reasoner.similarity import CRISP, GRADED, RATIOS, Similarity, above, compare
 
 PAPER_PROPERTIES: Final = (
     *(f"shape_{rank}" for rank in range(1, 5)),
@@ -24,6 +25,16 @@ PAPER_PROPERTIES: Final = (
     "blockage",
 )
 """The ten properties of the paper's experiment."""
+
+
+_PAPER: Final = Fraction(35, 100)
+_USUAL: Final = Fraction(35, 100)
+"""Stands for the threshold that is usual with the similarity; told by identity."""
+
+_BY_MODE: Final = cast("Similarity", "")
+"""Stands for the similarity that is usual in crisp or graded reasoning."""
+
+ORDINAL_TOLERANCE: Final = Fraction(2, 3)
 
 
 class Combine(StrEnum):
@@ -44,30 +55,41 @@ class ReasonerSettings:
     representative : Fraction
         theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
     tolerance : Fraction
-        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35.
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 2/3, which
+        says: of the paper's four qualities a property, less than one rank apart in the mean.
     relevance_tolerance : Fraction
-        The same phi for relevant functions; a setting of its own, with the same default.
+        The same phi for relevant functions; a setting of its own, with the same default. Graded: 0, for
+        a function counts by its weight.
     combine : Combine
     similarity : Similarity
+        By default jaccard, the paper's rule; graded, ordinal.
     above_lowest : bool
         Leave out the lowest quality of each functional property: it says what an object cannot do.
     fallback : bool
         With no relevant function, take O_P' = O_rp, flagged, instead of leaving the answer undetermined.
     properties : tuple of str or None
         Reason with these properties only.
+    graded : bool
+        Reason with degrees rather than with what is representative.
+    alpha, beta : Fraction
+        Of graded tversky: what a lacking and what an extra degree weigh beside a shared one.
     """
 
-    representative: Fraction = Fraction(35, 100)
-    tolerance: Fraction = Fraction(35, 100)
-    relevance_tolerance: Fraction = Fraction(35, 100)
+    representative: Fraction = _PAPER
+    tolerance: Fraction = _USUAL
+    relevance_tolerance: Fraction = _USUAL
     combine: Combine = Combine.UNION
-    similarity: Similarity = Similarity.JACCARD
+    similarity: Similarity = _BY_MODE
     above_lowest: bool = False
     fallback: bool = False
     properties: tuple[str, ...] | None = None
+    graded: bool = False
+    alpha: Fraction = RATIOS[Similarity.TVERSKY][0]
+    beta: Fraction = RATIOS[Similarity.TVERSKY][1]
 
     def __post_init__(self) -> None:
-        """Make thresholds exact and check their ranges."""
+        """Fill in what is usual, make thresholds exact and check their ranges."""
+        self._fill()
         for name in ("representative", "tolerance", "relevance_tolerance"):
             object.__setattr__(self, name, exact(getattr(self, name), name))
             if not 0 <= getattr(self, name) <= 1:
@@ -84,6 +106,62 @@ class ReasonerSettings:
                 raise InputError(f"{name} {getattr(self, name)!r} is not one of {choice}") from None
         if self.properties is not None:
             object.__setattr__(self, "properties", tuple(sorted(self.properties)))
+        self._check_combination()
+
+    @property
+    def ratio(self) -> tuple[Fraction, Fraction]:
+        """Tversky's alpha and beta of the similarity, where it is a ratio of shares."""
+        return (self.alpha, self.beta) if self.similarity is Similarity.TVERSKY else RATIOS[self.similarity]
+
+    def _fill(self) -> None:
+        if not self.similarity:
+            object.__setattr__(self, "similarity", "ordinal" if self.graded else "jaccard")
+        usual = ORDINAL_TOLERANCE if self.similarity == Similarity.ORDINAL else _PAPER
+        for name, value in (
+            ("tolerance", usual),
+            ("relevance_tolerance", Fraction(0) if self.graded else _PAPER),
+        ):
+            if getattr(self, name) is _USUAL:
+                object.__setattr__(self, name, value)
+
+    def _check_combination(self) -> None:
+        """Refuse what has no meaning, rather than ignore it."""
+        forms = GRADED if self.graded else CRISP
+        if self.similarity not in forms:
+            raise InputError(
+                f"similarity {self.similarity} is not for {'graded' if self.graded else 'crisp'} reasoning, "
+                f"which takes {', '.join(forms)}: {'leave graded out' if self.graded else 'add graded'}"
+            )
+        if self.graded and self.combine is not Combine.UNION:
+            raise InputError(f"combine {self.combine} is crisp: graded reasoning weighs every function")
+        if self.graded and self.representative != _PAPER:
+            raise InputError(f"representative {self.representative} is crisp: graded reasoning has no cut")
+        for name, usual in zip(("alpha", "beta"), RATIOS[Similarity.TVERSKY], strict=True):
+            object.__setattr__(self, name, exact(getattr(self, name), name))
+            value = getattr(self, name)
+            if value < 0:
+                raise InputError(f"{name} is {value}: a weight is at least 0")
+            if value != usual and not (self.graded and self.similarity is Similarity.TVERSKY):
+                raise InputError(f"{name} {value} is of graded tversky only: leave it out")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """What a tool asks of a candidate.
+
+    Attributes
+    ----------
+    layout : Layout
+    weights : Weights
+        Graded relevance, in whole numbers.
+    degrees, shares : (q,) uint16 arrays
+        Of the tool itself.
+    """
+
+    layout: Layout
+    weights: Weights
+    degrees: NDArray[np.uint16]
+    shares: NDArray[np.uint16]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,12 +178,15 @@ class Relevance:
         For each of them the physical qualities it makes relevant, O_rp & f_rp.
     fallback : bool
         Whether no function was relevant and O_P' is O_rp.
+    demand : Demand or None
+        Graded reasoning: how far each is relevant; the above are then those relevant to any degree.
     """
 
     physical: NDArray[np.bool_]
     functions: tuple[int, ...]
     through: NDArray[np.bool_]
     fallback: bool
+    demand: Demand | None = None
 
     @property
     def determined(self) -> bool:
@@ -155,7 +236,6 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
     physical, functional = in_use(knowledge, settings)
     bits = knowledge.classes.representative(settings.representative)
     function_bits = knowledge.functions.representative(settings.representative) & physical
-    position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
     return Index(
         bits & (physical | functional),
         physical,
@@ -163,7 +243,7 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
         pack(bits & physical),
         function_bits,
         pack(function_bits),
-        np.array([position[iri] for iri in knowledge.functions.iris], dtype=np.int64),
+        knowledge.columns,
     )
 
 
@@ -174,6 +254,16 @@ def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np
     if settings.above_lowest:
         functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
     return physical, functional
+
+
+def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
+    """Return which columns of the knowledge's arrays are what, for graded reasoning."""
+    physical, functional = in_use(knowledge, settings)
+    names = [quality.property for quality in knowledge.qualities]
+    starts = [at for at, name in enumerate(names) if at == 0 or name != names[at - 1]]
+    position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
+    columns = [position[iri] for iri in knowledge.functions.iris]
+    return Layout(physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64))
 
 
 def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:
@@ -191,6 +281,45 @@ def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:
         return Relevance(join.reduce(through), tuple(relevant.tolist()), through, fallback=False)
     body = index.body_bits[row] if settings.fallback else np.zeros_like(mine)
     return Relevance(body, (), through, fallback=settings.fallback)
+
+
+def relevant_sets(
+    mine: NDArray[np.bool_],
+    goes: NDArray[np.bool_],
+    columns: NDArray[np.int64],
+    physical: NDArray[np.bool_],
+    functional: NDArray[np.bool_],
+    settings: ReasonerSettings,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return O_P' of a tool for many states of knowledge at once; the formulas are those of `relevance`.
+
+    Parameters
+    ----------
+    mine : (s, q) bool array
+        What is representative of the tool in each state.
+    goes : (s, f, q) bool array
+        What is representative of each function.
+    columns : (f,) int64 array
+        Which quality each function is.
+    physical, functional : (q,) bool arrays
+        The qualities to reason with.
+
+    Returns
+    -------
+    (s, q) bool array, (s,) bool array
+        O_P', and whether the answer is determined.
+    """
+    body, goes = mine & physical, goes & physical
+    numerators, denominators = compare(pack(body)[:, None], pack(goes))
+    relevant = (mine & functional)[:, columns] & above(numerators, denominators, settings.relevance_tolerance)
+    through = goes & body[:, None]
+    if settings.combine is Combine.UNION:
+        joined = (through & relevant[..., None]).any(axis=1)
+    else:
+        joined = (through | ~relevant[..., None]).all(axis=1)
+    found: NDArray[np.bool_] = np.any(relevant, axis=1)
+    otherwise = body if settings.fallback else np.zeros_like(body)
+    return np.where(found[:, None], joined, otherwise), found | settings.fallback
 
 
 def relevance_fractions(index: Index, row: int) -> dict[int, Fraction]:

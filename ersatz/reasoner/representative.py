@@ -88,6 +88,12 @@ class Knowledge:
     row_of_class: Mapping[str, int]
     row_of_name: Mapping[str, int]
 
+    @property
+    def columns(self) -> NDArray[np.int64]:
+        """Which quality each function is, (f,)."""
+        position = {quality.iri: at for at, quality in enumerate(self.qualities)}
+        return np.array([position[iri] for iri in self.functions.iris], dtype=np.int64)
+
     def mask(self, kind: Kind, properties: Sequence[str] | None = None) -> NDArray[np.bool_]:
         """Return (q,): which qualities are of the kind, and of the given properties."""
         return np.array(

@@ -1,8 +1,11 @@
-"""Similarity of quality sets: Jaccard and its kin over packed bits, as exact fractions."""
+"""Similarity of quality sets: Jaccard and its kin over packed bits, as exact fractions.
+
+Their graded forms are in `graded`.
+"""
 
 from enum import StrEnum
 from fractions import Fraction
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +18,31 @@ class Similarity(StrEnum):
     - coverage: |A & B| / |A|; what a candidate has beyond the relevant does not count against it.
     - tversky: |A & B| / (|A & B| + 1 |A - B| + 1/2 |B - A|); lacking weighs twice as much as extra
       (Tversky 1977, Features of Similarity).
+    - ruzicka: sum min(A, B) / sum max(A, B) of degrees, the Jaccard index of graded sets; graded only,
+      as are the next and the graded forms of coverage and tversky.
+    - ordinal: how near the two are on the ordered qualities of each property, by earth mover's distance.
     """
 
     JACCARD = "jaccard"
     COVERAGE = "coverage"
     TVERSKY = "tversky"
+    RUZICKA = "ruzicka"
+    ORDINAL = "ordinal"
 
 
-_WEIGHTS: Final = {Similarity.JACCARD: (2, 2), Similarity.COVERAGE: (2, 0), Similarity.TVERSKY: (2, 1)}
-"""Twice the weights of |A - B| and |B - A| beside |A & B|."""
+CRISP: Final = (Similarity.JACCARD, Similarity.COVERAGE, Similarity.TVERSKY)
+"""Similarities of sets."""
+
+GRADED: Final = (Similarity.RUZICKA, Similarity.ORDINAL, Similarity.COVERAGE, Similarity.TVERSKY)
+"""Similarities of degrees."""
+
+RATIOS: Final = {
+    Similarity.JACCARD: (Fraction(1), Fraction(1)),
+    Similarity.RUZICKA: (Fraction(1), Fraction(1)),
+    Similarity.COVERAGE: (Fraction(1), Fraction(0)),
+    Similarity.TVERSKY: (Fraction(1), Fraction(1, 2)),
+}
+"""Tversky's alpha and beta: the weights of |A - B| and |B - A| beside |A & B|."""
 
 
 def compare(
@@ -44,24 +63,22 @@ def compare(
         Empty with empty is 0 / 1.
     """
     shared, size, wanted = _size(candidates & relevant), _size(candidates), _size(relevant)
-    one, two = _WEIGHTS[form]
+    one, two = (int(2 * weight) for weight in RATIOS[form])
     # shared + lacking + extra, weighed; with lacking = wanted - shared and extra = size - shared.
     denominators = (2 - one - two) * shared + two * size + one * wanted
     return 2 * shared, denominators if np.all(wanted) else np.maximum(denominators, 1)
 
 
-def above(
-    numerators: NDArray[np.int32], denominators: NDArray[np.int32], tolerance: Fraction
-) -> NDArray[np.bool_]:
-    """Return whether numerators / denominators > tolerance, decided exactly."""
+def above(numerators: NDArray[Any], denominators: NDArray[Any], tolerance: Fraction) -> NDArray[np.bool_]:
+    """Return whether numerators / denominators > tolerance; of whole numbers, decided exactly."""
     a, b = tolerance.denominator, tolerance.numerator
-    if a.bit_length() > 48:
-        return np.array(
-            [Fraction(int(n), int(d)) > tolerance for n, d in zip(numerators, denominators, strict=True)],
-            dtype=bool,
-        )
-    exact: NDArray[np.bool_] = numerators.astype(np.int64) * a > denominators.astype(np.int64) * b
-    return exact
+    if numerators.dtype.kind == "f":
+        near: NDArray[np.bool_] = numerators > denominators * float(tolerance)
+        return near
+    largest = max(int(numerators.max(initial=0)), int(denominators.max(initial=0)))
+    room = np.int64 if max(a, b) * largest < 2**63 else object
+    exact: NDArray[np.bool_] = numerators.astype(room) * a > denominators.astype(room) * b
+    return exact.astype(bool)
 
 
 def _size(sets: NDArray[np.uint64]) -> NDArray[np.int32]:

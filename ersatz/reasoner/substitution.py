@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_EVEN, Decimal
 from enum import StrEnum
 from fractions import Fraction
@@ -17,10 +17,28 @@ from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
-from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Steps, counterfactual
+from ersatz.reasoner.aspects import Aspect, aspects, in_words
+from ersatz.reasoner.candidates import Candidates, class_row, gather
+from ersatz.reasoner.confidence import Confidence, Confidences, confidences
+from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
-from ersatz.reasoner.relevance import Index, ReasonerSettings, Relevance, build_index, relevance
+from ersatz.reasoner.graded import ONE
+from ersatz.reasoner.quantised import (
+    GradedIndex,
+    Grades,
+    build_graded,
+    compare_graded,
+    graded_relevance,
+)
+from ersatz.reasoner.relevance import (
+    Index,
+    ReasonerSettings,
+    Relevance,
+    build_index,
+    relevance,
+)
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import compare
 
 
@@ -48,6 +66,8 @@ class Substitute:
         "undetermined": no function of the tool is relevant; "fallback": compared with all that is
         typical of the tool; "unknown": nothing is typical of the candidate; "same_class": it is an
         instance of the missing tool's class.
+    confidence : Confidence, optional
+        How sure that is, where it was asked.
     """
 
     name: str
@@ -58,6 +78,7 @@ class Substitute:
     accepted: bool
     flags: tuple[str, ...]
     comparison: Comparison = field(repr=False)
+    confidence: Confidence | None = None
 
     @property
     def shared(self) -> tuple[Evidence, ...]:
@@ -74,12 +95,19 @@ class Substitute:
         """Its typical qualities that are not relevant in the tool."""
         return evidence(self.comparison, self.comparison.candidate & ~self.comparison.relevant)
 
+    @property
+    def aspects(self) -> tuple[Aspect, ...]:
+        """The similarity taken apart by property, the weightiest first; of graded reasoning only."""
+        return aspects(self.comparison)
+
     def counterfactual(self) -> Counterfactual:
         """Return the smallest changes that would turn the decision."""
         return counterfactual(self.comparison, self.fraction, accepted=self.accepted)
 
     def reasons(self) -> str:
         """Return in words what speaks for it and what against."""
+        if self.comparison.graded is not None and self.comparison.relevance.determined:
+            return in_words(self.aspects, self.comparison.knowledge.classes.names[self.comparison.tool])
         return reasons(self.comparison, self.shared, self.lacking)
 
     def turning(self) -> str:
@@ -91,9 +119,11 @@ class Substitute:
         return self._explained(self.turning())
 
     def _explained(self, turning: str) -> str:
+        sure = f"{self.confidence.sentence()}" if self.confidence else ""
         if not self.comparison.relevance.determined:
-            return f"{self.name}: {self.reasons()}."
-        parts = (f"{self.name}, {self.similarity:.2f}: {self.reasons()}.", origin(self.comparison), turning)
+            return " ".join(part for part in (f"{self.name}: {self.reasons()}.", sure) if part)
+        judged = f"{self.name}, {self.similarity:.2f}: {self.reasons()}."
+        parts = (judged, sure, origin(self.comparison), turning)
         return " ".join(part for part in parts if part)
 
     def to_json(self) -> dict[str, Any]:
@@ -112,34 +142,9 @@ class Substitute:
             "extra": [one.to_json() for one in self.extra],
             "counterfactual": change.to_json(),
             "explanation": self._explained(turning(change, accepted=self.accepted)),
+            **({"aspects": [one.to_json() for one in found]} if (found := self.aspects) else {}),
+            **({"confidence": self.confidence.to_json()} if self.confidence else {}),
         }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidates:
-    """What may stand in: classes, and perceived instances with what they hold.
-
-    Attributes
-    ----------
-    names, iris : sequences of n str
-        Ascending by name. Where all classes are candidates, the tool is among them; it is left out
-        when they are ranked.
-    bits : (n, q) bool array
-        O_rp of a class; the physical qualities an instance holds.
-    packed : (n, w) uint64 array
-        The same, packed.
-    rows : (n,) int64 array
-        Row of the class among `Knowledge.classes`; -1 for an instance.
-    same_class : (n,) bool array
-        Whether it is an instance of the missing tool's class.
-    """
-
-    names: Sequence[str]
-    iris: Sequence[str]
-    bits: NDArray[np.bool_]
-    packed: NDArray[np.uint64]
-    rows: NDArray[np.int64]
-    same_class: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,6 +161,8 @@ class Ranking(Sequence[Substitute]):
         State of knowledge it was computed from.
     reused : bool
         Whether it was remembered.
+    sure : Confidences, optional
+        How sure it is, in the order of the candidates ranked.
     """
 
     missing: str
@@ -168,9 +175,17 @@ class Ranking(Sequence[Substitute]):
     relevance: Relevance = field(repr=False)
     candidates: Candidates = field(repr=False)
     order: NDArray[np.int64] = field(repr=False)
-    numerators: NDArray[np.int32] = field(repr=False)
-    denominators: NDArray[np.int32] = field(repr=False)
+    numerators: NDArray[Any] = field(repr=False)
+    denominators: NDArray[Any] = field(repr=False)
     memo: list[Steps] = field(repr=False, default_factory=list)
+    sure: Confidences | None = field(repr=False, default=None)
+
+    @property
+    def question(self) -> Question:
+        """What was asked, for questions about the answer: its candidates are in the order ranked."""
+        held = self.candidates
+        row = self.knowledge.row_of_class[self.iri]
+        return Question(self.knowledge, self.settings, row, held.rows[self.order], held.bits[self.order])
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -181,6 +196,24 @@ class Ranking(Sequence[Substitute]):
     def relevant_functional(self) -> tuple[str, ...]:
         """O_F': names of the relevant functional qualities."""
         return tuple(self.knowledge.functions.names[at] for at in self.relevance.functions)
+
+    def weights(self) -> dict[str, dict[str, float]]:
+        """Return how relevant functions, physical qualities and properties are, the most relevant first.
+
+        In [0, 1] each; what has no weight is left out, and of crisp reasoning everything. A property has
+        the sum of its qualities.
+        """
+        if self.relevance.demand is None:
+            return {"functions": {}, "qualities": {}, "properties": {}}
+        found, qualities = self.relevance.demand.weights, self.knowledge.qualities
+        properties: dict[str, int] = {}
+        for quality, weight in zip(qualities, found.qualities.tolist(), strict=True):
+            properties[quality.property] = properties.get(quality.property, 0) + weight
+        return {
+            "functions": _strongest(self.knowledge.functions.names, found.functions.tolist()),
+            "qualities": _strongest([one.name for one in qualities], found.qualities.tolist()),
+            "properties": _strongest(list(properties), list(properties.values())),
+        }
 
     def __len__(self) -> int:
         """Return the number of candidates ranked."""
@@ -198,6 +231,7 @@ class Ranking(Sequence[Substitute]):
         """Return one candidate, or some."""
         if isinstance(at, slice):
             return [self[one] for one in range(*at.indices(len(self)))]
+        at = range(len(self))[at]
         row = int(self.order[at])
         ratio = self._ratio(row)
         known = self.candidates
@@ -216,6 +250,7 @@ class Ranking(Sequence[Substitute]):
             bits,
             int(known.rows[row]),
             self.memo,
+            self._graded(row),
         )
         return Substitute(
             known.names[row],
@@ -226,7 +261,14 @@ class Ranking(Sequence[Substitute]):
             self._accepts(ratio),
             tuple(flag for holds, flag in flags if holds),
             comparison,
+            self.sure.of(at) if self.sure else None,
         )
+
+    def _graded(self, row: int) -> Graded | None:
+        wanted, held = self.relevance.demand, self.candidates.packed
+        if wanted is None or not isinstance(held, Grades):
+            return None
+        return Graded(wanted, held.only([row]))
 
     def _ratio(self, row: int) -> Fraction:
         return Fraction(int(self.numerators[row]), int(self.denominators[row]))
@@ -279,6 +321,7 @@ class Ranking(Sequence[Substitute]):
             "reused": self.reused,
             "relevant_functional": list(self.relevant_functional),
             "relevant_physical": list(self.relevant_physical),
+            **({"weights": self.weights()} if self.settings.graded else {}),
             "substitutes": [substitute.to_json() for substitute in self],
         }
 
@@ -292,6 +335,8 @@ def rank_substitutes(
     settings: ReasonerSettings | None = None,
     remember: bool = False,
     top: int | None = None,
+    draws: int | None = None,
+    seed: int = 0,
 ) -> Ranking:
     """Rank the available things by how well they stand in for a missing tool (paper: Reasoner).
 
@@ -309,6 +354,10 @@ def rank_substitutes(
         Write the answer into the knowledge base; asked again, it is looked up until knowledge changes.
     top : int, optional
         Rank only so many.
+    draws : int, optional
+        Also tell how sure the answer is, from so many draws of what is not known; see `Confidence`.
+    seed : int
+        Of the draws.
 
     Raises
     ------
@@ -321,17 +370,21 @@ def rank_substitutes(
         raise InputError(f"top is {top}: rank at least one")
     settings = settings or ReasonerSettings()
     known = kb.view(load_knowledge)
-    tool = _class_row(kb, known, missing)
+    tool = class_row(kb, known, missing)
     index = _index(kb, settings)
-    candidates = _candidates(kb, known, index, tool, available, instances)
+    candidates = gather(kb, known, index, tool, available, instances)
     iri = known.classes.iris[tool]
     model = _recall(kb, settings, iri, candidates)
-    if model is None:
+    if isinstance(index, GradedIndex):
+        found = graded_relevance(index, tool, settings)  # remembered or not: degrees are not in the answer
+    elif model is None:
         found = relevance(index, tool, settings)
     else:
         found, candidates = _recalled(known, index, tool, model, candidates)
     ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
-    if remember and model is None and ranking.status is Status.OK:
+    if draws is not None:
+        ranking = replace(ranking, sure=confidences(ranking.question, draws, seed))
+    if remember and (model is None or draws is not None) and ranking.status is Status.OK:
         write_model(kb, ranking.model())
     return ranking
 
@@ -348,79 +401,27 @@ def settings_json(settings: ReasonerSettings) -> str:
             "above_lowest": settings.above_lowest,
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
-        },
+        }
+        | (
+            {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
+            if settings.graded
+            else {}
+        ),
         sort_keys=True,
     )
 
 
-def _class_row(kb: KnowledgeBase, known: Knowledge, name: str) -> int:
-    row = known.row_of_name.get(name)
-    return known.row_of_class[kb.resolve(name, "class")] if row is None else row
-
-
-def _indices(_: KnowledgeBase) -> dict[ReasonerSettings, Index]:
+def _indices(_: KnowledgeBase) -> dict[ReasonerSettings, Index | GradedIndex]:
     return {}
 
 
-def _index(kb: KnowledgeBase, settings: ReasonerSettings) -> Index:
-    """Return the packed representative models at these settings, kept until knowledge changes."""
+def _index(kb: KnowledgeBase, settings: ReasonerSettings) -> Index | GradedIndex:
+    """Return the representative models or degrees at these settings, kept until knowledge changes."""
     indices = kb.view(_indices)
     if settings not in indices:
-        indices[settings] = build_index(kb.view(load_knowledge), settings)
+        build = build_graded if settings.graded else build_index
+        indices[settings] = build(kb.view(load_knowledge), settings)
     return indices[settings]
-
-
-def _candidates(
-    kb: KnowledgeBase,
-    known: Knowledge,
-    index: Index,
-    tool: int,
-    available: Sequence[str] | None,
-    instances: Sequence[str],
-) -> Candidates:
-    if isinstance(available, str) or isinstance(instances, str):
-        raise InputError("available and instances take lists of names, not one string")
-    if available is None and not instances:
-        everything = np.arange(len(known.classes.iris))
-        if len(everything) == 1:
-            raise InputError(
-                f"{known.classes.names[tool]!r} is the only class known: there is nothing to choose from"
-            )
-        return Candidates(
-            known.classes.names, known.classes.iris, index.body_bits, index.body, everything, everything < 0
-        )
-    named = {_class_row(kb, known, name) for name in available or ()}
-    rows = np.array(sorted(named - {tool}), dtype=np.int64)
-    if not len(rows) and not instances:
-        raise InputError(f"nothing is available but {known.classes.names[tool]!r} itself: name other things")
-    names = [known.classes.names[row] for row in rows.tolist()]
-    iris = [known.classes.iris[row] for row in rows.tolist()]
-    bits, packed = index.body_bits[rows], index.body[rows]
-    same = np.zeros(len(rows), dtype=bool)
-    if instances:
-        wanted = dict.fromkeys(kb.resolve(name, "instance") for name in instances)
-        extra = [_instance(kb, known, index, iri) for iri in wanted]
-        names += [one[0] for one in extra]
-        iris += [one[1] for one in extra]
-        same = np.concatenate([same, [one[2] == known.classes.iris[tool] for one in extra]])
-        rows = np.concatenate([rows, np.full(len(extra), -1)])
-        order = sorted(range(len(names)), key=names.__getitem__)
-        names, iris = [names[at] for at in order], [iris[at] for at in order]
-        bits = np.vstack([bits, *(one[3] for one in extra)])[order]
-        packed, same, rows = pack(bits), same[order], rows[order]
-    return Candidates(names, iris, bits, packed, rows, same)
-
-
-def _instance(
-    kb: KnowledgeBase, known: Knowledge, index: Index, iri: str
-) -> tuple[str, str, str, NDArray[np.bool_]]:
-    """Return name, IRI, class and physical qualities of a perceived instance."""
-    held = kb.ask("instance_qualities", instances=[iri])
-    column = {quality.iri: at for at, quality in enumerate(known.qualities)}
-    bits = np.zeros(len(known.qualities), dtype=bool)
-    bits[[column[str(row["quality"])] for row in held]] = True
-    row = kb.ask("instance", instance=iri)[0]
-    return str(row["name"]), iri, str(row["class"]), bits & index.body_mask
 
 
 def _rank(
@@ -434,7 +435,7 @@ def _rank(
     *,
     reused: bool,
 ) -> Ranking:
-    numerators, denominators = compare(pack(found.physical), candidates.packed, settings.similarity)
+    numerators, denominators = _compared(settings, found, candidates)
     similarity = numerators / denominators
     similarity[candidates.rows == known.row_of_class[iri]] = -1.0
     return Ranking(
@@ -451,6 +452,21 @@ def _rank(
         numerators,
         denominators,
     )
+
+
+def _compared(
+    settings: ReasonerSettings, found: Relevance, candidates: Candidates
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    if isinstance(candidates.packed, Grades):
+        assert found.demand is not None
+        return compare_graded(found.demand, candidates.packed, settings)
+    return compare(pack(found.physical), candidates.packed, settings.similarity)
+
+
+def _strongest(names: Sequence[str], weights: Sequence[int]) -> dict[str, float]:
+    """Return the weights above 0 in [0, 1], the largest first."""
+    pairs = sorted(zip(names, weights, strict=True), key=lambda pair: -pair[1])
+    return {name: round(weight / ONE, 6) for name, weight in pairs if weight}
 
 
 def _best_first(similarity: NDArray[np.float64], top: int | None) -> NDArray[np.int64]:

@@ -22,18 +22,15 @@ from ersatz.knowledge.terms import plain
 from ersatz.knowledge.vocabulary import XSD, term
 from ersatz.measurements import Kind
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
-from ersatz.reasoner.similarity import Similarity, compare
+from ersatz.reasoner.similarity import CRISP, Similarity, compare
 
 DECIMAL: Final = ox.NamedNode(XSD + "decimal")
-SETS: Final = tuple(form for form in Similarity if form.value in ("jaccard", "coverage", "tversky"))
-"""The similarities of sets; the graded ones need degrees, which an instance has not."""
-
 Function = Callable[..., ox.Literal | None]
 
 
 def function_iris() -> tuple[ox.NamedNode, ...]:
     """Return the IRIs of the functions."""
-    return tuple(term(form.value) for form in SETS)
+    return tuple(term(form.value) for form in CRISP)
 
 
 class QualitySets:
@@ -97,7 +94,7 @@ def similarity_functions(kb: KnowledgeBase) -> dict[ox.NamedNode, Function]:
 
         return similarity
 
-    return {term(form.value): function(form) for form in SETS}
+    return {term(form.value): function(form) for form in CRISP}
 
 
 def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]) -> ox.Literal | None:

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from ersatz.reasoner.relevance import ReasonerSettings
-from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.similarity import CRISP
 from ersatz.reasoner.substitution import Ranking, Status, Substitute, rank_substitutes
 from tests.making import Held
 from tests.reasoner.reference import Options, Qualities, reason, similar
@@ -197,4 +197,4 @@ def test_every_change_named_turns_the_decision(held: Held, chosen: Options, data
 
 
 def test_all_forms_of_similarity_have_a_case() -> None:
-    assert {form.value for form in Similarity} == {"jaccard", "coverage", "tversky"}
+    assert {form.value for form in CRISP} == {"jaccard", "coverage", "tversky"}

@@ -11,7 +11,7 @@ from ersatz.errors import ErsatzError
 from ersatz.knowledge.vocabulary import KB
 from ersatz.reasoner.explanation import Evidence
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
-from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.similarity import CRISP
 from ersatz.reasoner.substitution import Ranking, Status, Substitute, rank_substitutes
 from ersatz.service.inspection import RefusedError
 from ersatz.service.pages.data import individuals, overview
@@ -156,7 +156,7 @@ def _controls(view: View, names: list[str], things: list[str], draw: Any) -> Non
         slider = ui.slider(min=least, max=1, step=0.05, value=_number(getattr(view, name)))
         slider.props(f'label color=teal-8 aria-label="{label}"').on("change", lambda: None)
         bound(slider.props("debounce=150"), name, lambda value: f"{value:g}")
-    for name, options in (("similarity", list(Similarity)), ("combine", list(Combine))):
+    for name, options in (("similarity", list(CRISP)), ("combine", list(Combine))):
         box = ui.select([one.value for one in options], label=name, value=getattr(view, name))
         bound(box.props("outlined dense").style("width: 100%; margin-top: 10px"), name)
     bound(ui.switch("Only functions above the lowest", value=view.above_lowest), "above_lowest")

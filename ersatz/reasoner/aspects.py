@@ -1,0 +1,112 @@
+"""A graded similarity taken apart by property: how much each counts, how alike the two are in it, and why."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final
+
+import numpy as np
+
+from ersatz.reasoner.counterfactual import Comparison
+from ersatz.reasoner.explanation import article, join
+from ersatz.reasoner.quantised import compare_by_property
+
+LEVELS: Final = (
+    (Fraction(9, 10), "like TOOL in"),
+    (Fraction(2, 3), "nearly in"),
+    (Fraction(1, 3), "half in"),
+    (Fraction(0), "not in"),
+)
+"""What is said of a likeness from each level on."""
+
+MAJOR: Final = Fraction(1, 25)
+"""Properties that count for less are not put into words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aspect:
+    """One property in a graded comparison.
+
+    Attributes
+    ----------
+    property, adjective : str
+    weight : Fraction in [0, 1]
+        How much it counts; those of all aspects add up to 1.
+    likeness : Fraction in [0, 1]
+        The similarity in this property alone. The whole is the sum of weight times likeness, exactly.
+    observed : bool
+        Whether the candidate has a value of it.
+    functions : tuple of (name, share in [0, 1])
+        The functions that make it relevant, the strongest first; what share of its relevance each would
+        give by itself.
+    """
+
+    property: str
+    adjective: str
+    weight: Fraction
+    likeness: Fraction
+    observed: bool
+    functions: tuple[tuple[str, float], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        return {
+            "property": self.property,
+            "weight": round(float(self.weight), 6),
+            "likeness": round(float(self.likeness), 6),
+            "observed": self.observed,
+            "functions": {name: round(share, 6) for name, share in self.functions},
+        }
+
+
+def aspects(comparison: Comparison) -> tuple[Aspect, ...]:
+    """Return the properties that take part, those that count most first; none in a crisp comparison."""
+    graded, known = comparison.graded, comparison.knowledge
+    if graded is None:
+        return ()
+    numerators, denominators = compare_by_property(graded.wanted, graded.held, comparison.settings)
+    total = int(denominators.sum())
+    layout = graded.wanted.layout
+    starts, lengths = layout.starts, layout.lengths
+    found = []
+    for at in np.flatnonzero(denominators).tolist():
+        own = slice(int(starts[at]), int(starts[at] + lengths[at]))
+        first = known.qualities[own.start]
+        found.append(
+            Aspect(
+                first.property,
+                first.adjective,
+                Fraction(int(denominators[at]), total),
+                Fraction(int(numerators[at]), int(denominators[at])),
+                bool(graded.held.shares[0, own.stop - 1]),
+                _functions(comparison, own),
+            )
+        )
+    return tuple(sorted(found, key=lambda one: (-one.weight, one.property)))
+
+
+def in_words(found: Sequence[Aspect], tool: str) -> str:
+    """Return how like the tool a candidate is, property by property, the weightiest first."""
+    groups: dict[str, list[str]] = {word: [] for _, word in LEVELS}
+    unknown = []
+    for one in found:
+        name = one.property.replace("_", " ")
+        if one.weight >= MAJOR and not one.observed:
+            unknown.append(name)
+        elif one.weight >= MAJOR:
+            word = next(word for level, word in LEVELS if one.likeness >= level)
+            groups[word].append(f"{name} ({float(one.likeness):.2f})")
+    parts = [f"{word} {join(names)}" for word, names in groups.items() if names]
+    parts += [f"{join(unknown)} unknown"] if unknown else []
+    return "; ".join(parts).replace("TOOL", article(tool))
+
+
+def _functions(comparison: Comparison, own: slice) -> tuple[tuple[str, float], ...]:
+    """Return the functions behind the weight of a property, the strongest first."""
+    assert comparison.graded is not None
+    weights = comparison.graded.wanted.weights
+    whole = int(weights.qualities[own].sum())
+    shares = weights.through[:, own].sum(axis=-1) / max(whole, 1)
+    names = comparison.knowledge.functions.names
+    order = np.argsort(-shares, kind="stable")
+    return tuple((names[at], float(shares[at])) for at in order if shares[at] > 0)

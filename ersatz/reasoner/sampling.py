@@ -1,0 +1,163 @@
+"""Sampling: one question answered many times, each with degrees drawn from their posteriors.
+
+What is not known is drawn: the degrees of the tool, of the functions and of candidate classes; of a single
+object the qualities nobody measured. Draws are independent between properties and between concepts, as
+counts of single properties cannot tell what goes together.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.reasoner.posterior import Posterior, posterior
+from ersatz.reasoner.relevance import ReasonerSettings, in_use, relevant_sets
+from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.similarity import above, compare
+
+CHUNK: Final = 1 << 21
+"""Degrees drawn at a time: 16 MiB, and a few times that for what is made of them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """Whom a question is about.
+
+    Attributes
+    ----------
+    knowledge : Knowledge
+    settings : ReasonerSettings
+    tool : int
+        Row of the missing tool among `Knowledge.classes`.
+    rows : (n,) int64 array
+        Row of each candidate's class; -1 for a single object.
+    held : (n, q) bool array
+        Qualities a single object is known to hold; not looked at for classes.
+    """
+
+    knowledge: Knowledge
+    settings: ReasonerSettings
+    tool: int
+    rows: NDArray[np.int64]
+    held: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sample:
+    """Several draws, and the answer to the question in each.
+
+    Attributes
+    ----------
+    tool : (s, q) float64 array
+        Degrees of the missing tool.
+    candidates : (s, n, q) float64 array
+        Degrees of the candidates.
+    similarity : (s, n) float64 array
+        0 where the answer is undetermined.
+    accepted : (s, n) bool array
+    """
+
+    tool: NDArray[np.float64]
+    candidates: NDArray[np.float64]
+    similarity: NDArray[np.float64]
+    accepted: NDArray[np.bool_]
+
+    @property
+    def best(self) -> NDArray[np.float64]:
+        """Share of being the most similar, (s, n): 1 in each draw, divided where several are tied."""
+        top = self.similarity == self.similarity.max(axis=1, keepdims=True)
+        share: NDArray[np.float64] = top / top.sum(axis=1, keepdims=True)
+        return share
+
+
+def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
+    """Yield the draws in chunks of bounded size; the same seed gives the same draws.
+
+    Parameters
+    ----------
+    question : Question
+    draws, seed : int
+    """
+    known, rows = question.knowledge, question.rows
+    chances = np.random.default_rng(seed).spawn(4)
+    classes = rows >= 0
+    theirs = known.classes.only(rows[classes].tolist())
+    tables = (known.classes.only([question.tool]), theirs, known.functions)
+    tool, models, functions = (posterior(one, known.qualities) for one in tables)
+    objects = None if classes.all() else _objects(question)
+    width = len(known.qualities) * (1 + len(rows) + len(known.functions.iris))
+    size = max(1, CHUNK // max(width, 1))
+    for start in range(0, draws, size):
+        number = min(size, draws - start)
+        candidates = np.empty((number, len(rows), len(known.qualities)))
+        candidates[:, classes] = models.draw(number, chances[0])
+        if objects is not None:
+            candidates[:, ~classes] = objects.draw(number, chances[1])
+        mine = tool.draw(number, chances[2])[:, 0]
+        yield _answer(question, mine, functions.draw(number, chances[3]), candidates)
+
+
+def _answer(
+    question: Question,
+    tool: NDArray[np.float64],
+    functions: NDArray[np.float64],
+    candidates: NDArray[np.float64],
+) -> Sample:
+    """Answer the question at the degrees drawn, by the paper's rule."""
+    settings, known = question.settings, question.knowledge
+    theta, (physical, functional) = float(settings.representative), in_use(known, settings)
+    relevant, determined = relevant_sets(
+        tool >= theta, functions >= theta, known.columns, physical, functional, settings
+    )
+    held = pack((candidates >= theta) & physical)
+    numerators, denominators = compare(pack(relevant)[:, None], held, settings.similarity)
+    accepted = above(numerators, denominators, settings.tolerance) & determined[:, None]
+    return Sample(tool, candidates, numerators / denominators * determined[:, None], accepted)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Objects:
+    """Single objects of which some properties are known.
+
+    What is not known is drawn in two steps: a class, by how well what is known fits it (naive Bayes, all
+    classes alike), then for each unknown property a quality, by how often it was observed in that class.
+
+    Attributes
+    ----------
+    held : (n, q) bool array
+    measured : (n, q) bool array
+        Whether the quality's property is known.
+    likely : (n, c) float64 array
+        Cumulative chance of each class.
+    classes : Posterior
+    """
+
+    held: NDArray[np.bool_]
+    measured: NDArray[np.bool_]
+    likely: NDArray[np.float64]
+    classes: Posterior
+
+    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+        """Return (draws, n, q) degrees, 0 and 1."""
+        shape = (draws, *self.held.shape)
+        uniform = chance.random((draws, len(self.held), 1 + self.held.shape[1]))
+        rows = np.minimum((uniform[..., :1] > self.likely).sum(axis=-1), self.likely.shape[1] - 1)
+        # The largest of log share + Gumbel noise is each quality with the chance of its share.
+        score = np.log(self.classes.mean())[rows] - np.log(-np.log(uniform[..., 1:]))
+        starts = np.flatnonzero(np.diff(self.classes.property, prepend=-1))
+        largest = np.maximum.reduceat(score, starts, axis=-1)[..., self.classes.property]
+        found: NDArray[np.float64] = np.where(
+            np.broadcast_to(self.measured, shape), self.held, score == largest
+        ).astype(np.float64)
+        return found
+
+
+def _objects(question: Question) -> _Objects:
+    classes = posterior(question.knowledge.classes, question.knowledge.qualities)
+    held = question.held[question.rows < 0]
+    fit = held @ np.log(classes.mean()).T
+    weight = np.exp(fit - fit.max(axis=1, keepdims=True))
+    likely = (weight / weight.sum(axis=1, keepdims=True)).cumsum(axis=1)
+    return _Objects(held, classes.of_property(held.astype(np.float64)) > 0, likely, classes)
