@@ -63,25 +63,6 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
         console.print("Remembered from an earlier question.", style="dim")
 
 
-def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
-    """Print what is in doubt, and what to measure, the most telling first."""
-    console.print(f"[bold]{escape(wishes.missing)}[/bold] is missing.", highlight=False)
-    sure = Table("", "stands in", "most similar", box=None, pad_edge=False)
-    for one in wishes.candidates[:most]:
-        sure.add_row(escape(one.name), bar(one.accepted), f"{one.best:.2f}")
-    console.print(sure, highlight=False)
-    if not wishes.wishes:
-        console.print("No measurement is expected to change the decision.")
-        return
-    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
-    for wish in wishes.wishes[:most]:
-        of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
-        known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
-        asked.add_row(wish.property, escape(of), known, f"{wish.gain:.3f} bits")
-    console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
-    console.print(asked, highlight=False)
-
-
 def _show_weights(console: Console, ranking: Ranking) -> None:
     """Print how relevant functions and properties are, and which functions make a property relevant."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 0))
@@ -101,6 +82,25 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
             title = ""
     console.print(table, highlight=False)
     console.print(f"How alike: {ranking.settings.similarity}\n", highlight=False)
+
+
+def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
+    """Print what is in doubt, and what to measure, the most telling first."""
+    console.print(f"[bold]{escape(wishes.missing)}[/bold] is missing.", highlight=False)
+    sure = Table("", "stands in", "most similar", box=None, pad_edge=False)
+    for one in wishes.candidates[:most]:
+        sure.add_row(escape(one.name), bar(one.accepted), f"{one.best:.2f}")
+    console.print(sure, highlight=False)
+    if not wishes.wishes:
+        console.print("No measurement is expected to change the decision.")
+        return
+    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
+    for wish in wishes.wishes[:most]:
+        of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
+        known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
+        asked.add_row(wish.property, escape(of), known, f"{wish.gain:.3f} bits")
+    console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
+    console.print(asked, highlight=False)
 
 
 def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None:

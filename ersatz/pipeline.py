@@ -238,7 +238,31 @@ def ground(
 
     seen = read_scan(Path(scan)) if isinstance(scan, str | Path) else scan
     seen = seen if mass is None else replace(seen, mass=mass)
-    values = measure_object(seen, _concepts_of(kb, concepts))
+    return ground_values(kb, measure_object(seen, concepts_of(kb, concepts)), seen.source.name, settings)
+
+
+def ground_values(
+    kb: KnowledgeBase,
+    values: Mapping[str, tuple[float, ...]],
+    scan: str,
+    settings: ReasonerSettings | None = None,
+) -> Grounded:
+    """Ground what was measured of an unknown object.
+
+    Parameters
+    ----------
+    kb : KnowledgeBase
+    values : mapping of property to its components, in the property's unit
+        Properties the knowledge base does not know are left out.
+    scan : str
+        The file's name.
+    settings : ReasonerSettings, optional
+
+    Raises
+    ------
+    InputError
+        If the knowledge base knows none of the properties.
+    """
     held = []
     for qualities in read_qualities(kb):
         name = qualities.property.name
@@ -247,15 +271,21 @@ def ground(
             held.append(Held(qualities.names[row], name, values[name], qualities.property.unit))
     names = [one.quality for one in held]
     return Grounded(
-        seen.source.name,
+        scan,
         tuple(held),
         nearest_classes(kb, names, settings),
         possible_roles(kb, names, settings),
     )
 
 
-def _concepts_of(kb: KnowledgeBase, given: str | Path | None) -> "ShapeConcepts | None":
-    """Return the shape concepts a knowledge base was built with; None if it was built without scans."""
+def concepts_of(kb: KnowledgeBase, given: str | Path | None = None) -> "ShapeConcepts | None":
+    """Return the shape concepts a knowledge base was built with; None if it was built without scans.
+
+    Raises
+    ------
+    InputError
+        If they are not at `given`, or beside the knowledge base, or are others.
+    """
     from ersatz.acquisition.shape_concepts import ShapeConcepts
 
     wanted = [row["sha256"] for row in kb.ask("sources") if row["file"] == CONCEPTS_SOURCE]

@@ -47,7 +47,7 @@ def substitute(
         str, typer.Option(help="Theta: typical from this degree on; not graded.")
     ] = "0.35",
     tolerance: Annotated[
-        str | None, typer.Option(help="Phi: stands in above this similarity; 0.35, ordinal 2/3.")
+        str | None, typer.Option(help="Phi: stands in above this similarity; 0.35, ordinal 0.67.")
     ] = None,
     relevance_tolerance: Annotated[
         str | None, typer.Option(help="Phi of relevant functions; 0.35, graded 0.")

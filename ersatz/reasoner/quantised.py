@@ -154,24 +154,25 @@ def compare_by_property(
     return found[0][:, 0], found[1][:, 0] * takes_part
 
 
-def alike(a: Grades, b: Grades, layout: Layout, form: Similarity) -> Fraction:
-    """Return how similar two things are in all physical qualities, whatever they are for.
+def alike(a: Grades, others: Grades, layout: Layout, form: Similarity) -> list[Fraction]:
+    """Return how similar a thing is to others in all physical qualities, whatever they are for.
 
     Parameters
     ----------
-    a, b : Grades of one thing each
+    a : Grades of one thing
+    others : Grades of n things
     layout : Layout
     form : Similarity
-        Ruzicka and ordinal are symmetric; coverage and tversky ask how far b has what a has. Ordinal gives
-        every property that was observed of either the same weight.
+        Ruzicka and ordinal are symmetric; coverage and tversky ask how far the others have what a has.
+        Ordinal gives every property that was observed of either the same weight.
     """
     if form is Similarity.ORDINAL:
-        every = np.logical_or.reduceat(layout.physical, layout.starts).astype(np.int64)
-        numerators, denominators = ordinal(every, a.shares[0], b.shares, layout)
+        every = importance(layout.physical.astype(np.int64), layout).clip(max=1)
+        found = ordinal(every, a.shares[0], others.shares, layout)
     else:
         wanted = (a.degrees[0] * layout.physical).astype(np.int64)
-        numerators, denominators = overlap(wanted, b.degrees, b.sizes, *RATIOS[form])
-    return Fraction(int(numerators[0]), int(denominators[0]))
+        found = overlap(wanted, others.degrees, others.sizes, *RATIOS[form])
+    return [Fraction(n, d) for n, d in zip(found[0].tolist(), found[1].tolist(), strict=True)]
 
 
 def held_grades(knowledge: Knowledge, held: Mapping[str, Decimal], layout: Layout) -> Grades:

@@ -35,7 +35,8 @@ _USUAL: Final = Fraction(35, 100)
 _BY_MODE: Final = cast("Similarity", "")
 """Stands for the similarity that is usual in crisp or graded reasoning."""
 
-ORDINAL_TOLERANCE: Final = Fraction(2, 3)
+ORDINAL_TOLERANCE: Final = Fraction(67, 100)
+"""Of four qualities a property, less than one rank apart in the mean (which is 2/3)."""
 
 
 class Combine(StrEnum):
@@ -56,8 +57,8 @@ class ReasonerSettings:
     representative : Fraction
         theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
     tolerance : Fraction
-        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 2/3, which
-        says: of the paper's four qualities a property, less than one rank apart in the mean.
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 0.67, less
+        than one rank apart in the mean, of the paper's four qualities a property.
     relevance_tolerance : Fraction
         The same phi for relevant functions; a setting of its own, with the same default. Graded: 0, for
         a function counts by its weight.
