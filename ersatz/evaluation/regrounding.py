@@ -113,6 +113,11 @@ def similarities(knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np
     return np.array(rows)
 
 
+def accepted(knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np.bool_]:
+    """Return (c, c): whether each class stands in for each missing tool; rounded as similarities are."""
+    return similarities(knowledge, settings) > float(settings.tolerance)
+
+
 def _knowledge(counts: Counts) -> Knowledge:
     terms, sizes = [], [len(quality.names) for quality in counts.qualities]
     for quality in counts.qualities:
