@@ -66,6 +66,10 @@ def substitute(
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
     ] = None,
+    certainty: Annotated[
+        str | None,
+        typer.Option(help="Typical only if the degree is as surely at least theta; such as 0.5."),
+    ] = None,
     confidence: Annotated[
         bool, typer.Option("--confidence", help="Also tell how sure the answer is.")
     ] = False,
@@ -87,6 +91,7 @@ def substitute(
         "relevance_tolerance": relevance_tolerance,
         "combine": combine,
         "similarity": similarity,
+        "certainty": certainty,
         "properties": _properties(properties),
     }
     given = {name: value for name, value in chosen.items() if value is not None}
@@ -127,6 +132,9 @@ def ask(
         Path | None,
         typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
     ] = None,
+    graded: Annotated[
+        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
+    ] = False,
     best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
@@ -151,7 +159,7 @@ def ask(
         available,
         instances=instance or (),
         held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
-        settings=ReasonerSettings(properties=_properties(properties)),
+        settings=ReasonerSettings(properties=_properties(properties), graded=graded),
         about=Doubt.BEST if best else Doubt.ACCEPTED,
         draws=draws,
         seed=seed,

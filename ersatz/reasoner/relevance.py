@@ -12,7 +12,8 @@ from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
 from ersatz.reasoner.graded import Layout, Weights
-from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.posterior import posterior
+from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import CRISP, GRADED, RATIOS, Similarity, above, compare
 
 PAPER_PROPERTIES: Final = (
@@ -74,6 +75,9 @@ class ReasonerSettings:
         Reason with degrees rather than with what is representative.
     alpha, beta : Fraction
         Of graded tversky: what a lacking and what an extra degree weigh beside a shared one.
+    certainty : Fraction or None
+        Instead of m >= theta, ask for P(m >= theta) >= certainty given what was observed: 1 of 1 object is
+        less sure than 10 of 10. In (0, 1); the paper's rule is without it.
     """
 
     representative: Fraction = _PAPER
@@ -87,6 +91,7 @@ class ReasonerSettings:
     graded: bool = False
     alpha: Fraction = RATIOS[Similarity.TVERSKY][0]
     beta: Fraction = RATIOS[Similarity.TVERSKY][1]
+    certainty: Fraction | None = None
 
     def __post_init__(self) -> None:
         """Fill in what is usual, make thresholds exact and check their ranges."""
@@ -135,6 +140,12 @@ class ReasonerSettings:
             )
         if self.graded and self.combine is not Combine.UNION:
             raise InputError(f"combine {self.combine} is crisp: graded reasoning weighs every function")
+        if self.certainty is not None:
+            object.__setattr__(self, "certainty", exact(self.certainty, "certainty"))
+            if not 0 < self.certainty < 1:
+                raise InputError(f"certainty is {self.certainty}: it lies between 0 and 1, without them")
+            if self.graded:
+                raise InputError(f"certainty {self.certainty} is crisp: graded reasoning has no cut")
         if self.graded and self.representative != _PAPER:
             raise InputError(f"representative {self.representative} is crisp: graded reasoning has no cut")
         for name, usual in zip(("alpha", "beta"), RATIOS[Similarity.TVERSKY], strict=True):
@@ -235,8 +246,8 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
                 f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
             )
     physical, functional = in_use(knowledge, settings)
-    bits = knowledge.classes.representative(settings.representative)
-    function_bits = knowledge.functions.representative(settings.representative) & physical
+    bits = typical(knowledge.classes, knowledge, settings)
+    function_bits = typical(knowledge.functions, knowledge, settings) & physical
     return Index(
         bits & (physical | functional),
         physical,
@@ -255,6 +266,17 @@ def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np
     if settings.above_lowest:
         functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
     return physical, functional
+
+
+def typical(concepts: Memberships, knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np.bool_]:
+    """Return (c, q): what is representative; by its degree or, with certainty, by its posterior.
+
+    What was never observed is not representative, whatever the prior says of it.
+    """
+    if settings.certainty is None:
+        return concepts.representative(settings.representative)
+    sure = posterior(concepts, knowledge.qualities).at_least(float(settings.representative))
+    return (concepts.counts > 0) & (sure >= float(settings.certainty))
 
 
 def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:

@@ -183,9 +183,10 @@ class Ranking(Sequence[Substitute]):
     @property
     def question(self) -> Question:
         """What was asked, for questions about the answer: its candidates are in the order ranked."""
-        held = self.candidates
+        known, packed = self.candidates, self.candidates.packed
+        held = packed.degrees / ONE if isinstance(packed, Grades) else known.bits.astype(np.float64)
         row = self.knowledge.row_of_class[self.iri]
-        return Question(self.knowledge, self.settings, row, held.rows[self.order], held.bits[self.order])
+        return Question(self.knowledge, self.settings, row, known.rows[self.order], held[self.order])
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -295,8 +296,9 @@ class Ranking(Sequence[Substitute]):
                 named(relevant & rows[row]),
                 named(relevant & ~rows[row]),
                 named(rows[row] & ~relevant),
+                self.sure.of(at).chances() if self.sure else None,
             )
-            for row in self.order.tolist()
+            for at, row in enumerate(self.order.tolist())
         )
         settings = settings_json(self.settings)
         return SubstitutionModel(
@@ -310,6 +312,7 @@ class Ranking(Sequence[Substitute]):
             tuple(sorted(self.relevant_physical)),
             tuple(sorted(self.relevant_functional)),
             tuple(sorted(found, key=lambda candidate: candidate.iri)),
+            self.sure.drawing() if self.sure else None,
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -405,6 +408,7 @@ def settings_json(settings: ReasonerSettings) -> str:
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
         }
+        | ({} if settings.certainty is None else {"certainty": _number(settings.certainty)})
         | (
             {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
             if settings.graded
