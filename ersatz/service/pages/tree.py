@@ -1,6 +1,6 @@
 """The tree of classes: only open branches are drawn, and the search runs here, not in the browser."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -38,6 +38,7 @@ class Tree:
             iri: [one for one in superclasses(kb).get(iri, ()) if one in self._known and one != iri]
             for iri in self._known
         }
+        self._closed: Sequence[Line] = ()
         self._below: dict[str, list[str]] = {}
         for iri in self._known:
             for one in self._above[iri] or [OBJECT.value]:
@@ -53,8 +54,14 @@ class Tree:
                 ahead += self._above[one]
         return found
 
-    def lines(self, opened: set[str]) -> Iterator[Line]:
-        """Yield what is seen with these branches open; a class with two parents stands twice."""
+    def lines(self, opened: set[str]) -> Sequence[Line]:
+        """Return what is seen with these branches open; a class with two parents stands twice."""
+        if not opened:
+            self._closed = self._closed or tuple(self._walk(opened))
+            return self._closed
+        return tuple(self._walk(opened))
+
+    def _walk(self, opened: set[str]) -> Iterator[Line]:
         stack = [(0, iri, frozenset[str]()) for iri in reversed(self._below.get(OBJECT.value, []))]
         while stack:
             depth, iri, path = stack.pop()
@@ -94,7 +101,7 @@ def draw_tree(kb: KnowledgeBase, here: str = "") -> None:
 
 
 def _items(tree: Tree, opened: set[str], wanted: str, here: str) -> Markup:
-    lines = list(tree.matching(wanted) if wanted.strip() else tree.lines(opened))
+    lines = tuple(tree.matching(wanted)) if wanted.strip() else tree.lines(opened)
     at = next((at for at, line in enumerate(lines) if line.iri == here), 0)
     first = max(0, min(at - MOST // 2, len(lines) - MOST))
     drawn = [_drawn(line, line.iri == here) for line in lines[first : first + MOST]]
