@@ -16,7 +16,7 @@ from ersatz.evaluation.regrounding import Objects, learn, reground, similarities
 from ersatz.evaluation.scenarios import Scenario
 from ersatz.grounding.subcategorization import USUAL_FUZZIFIER, Qualities, SubcategorizationSettings
 from ersatz.reasoner.confidence import confidences
-from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.relevance import ReasonerSettings, Spacing
 from ersatz.reasoner.representative import Knowledge
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import Similarity
@@ -56,14 +56,18 @@ class Variant:
 
 _RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
 _ORDINAL: Final = ReasonerSettings(graded=True)
+_SPACED: Final = ReasonerSettings(graded=True, spacing=Spacing.CENTROID)
 
 VARIANTS: Final = (
     Variant("k-means, the paper's rule", ReasonerSettings()),
     Variant("k-means, the paper's rule, mean of 50 draws", ReasonerSettings(), draws=50),
     Variant("k-means, graded, Ruzicka", _RUZICKA),
     Variant("k-means, graded, ordinal", _ORDINAL),
+    Variant("k-means, graded, ordinal, spaced by centroids", _SPACED),
     Variant("fuzzy, graded, Ruzicka", _RUZICKA, USUAL_FUZZIFIER),
     Variant("fuzzy, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER),
+    Variant("fuzzy, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER),
+    Variant("the same, mean of 50 draws", _SPACED, USUAL_FUZZIFIER, draws=50),
 )
 
 

@@ -30,6 +30,8 @@ class QualityTerm:
     adjective: str
     kind: Kind
     rank: int
+    centroid: tuple[float, ...] = ()
+    """In the property's unit; empty where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +107,7 @@ class Knowledge:
 def load_knowledge(kb: KnowledgeBase) -> Knowledge:
     """Read all class knowledge and function models, one query each."""
     kinds = {row["property"]: row for row in kb.ask("properties")}
-    qualities = []
+    qualities, centroids = [], _vectors(kb)
     for row in kb.ask("qualities"):
         prop = kinds[row["property"]]
         qualities.append(
@@ -116,6 +118,7 @@ def load_knowledge(kb: KnowledgeBase) -> Knowledge:
                 str(prop["adjective"] or ""),
                 Kind(str(prop["kind"])),
                 int(row["rank"]) if isinstance(row["rank"], int) else 0,
+                centroids.get(str(row["quality"])) or (float(str(row["centroid"])),),
             )
         )
     qualities.sort(key=lambda q: (q.property, q.rank))
@@ -137,6 +140,14 @@ def load_knowledge(kb: KnowledgeBase) -> Knowledge:
         {str(iri): at for at, iri in enumerate(iris)},
         {str(name): at for at, name in enumerate(names)},
     )
+
+
+def _vectors(kb: KnowledgeBase) -> dict[str, tuple[float, ...]]:
+    """Return the centroids of qualities of vector-valued properties."""
+    found: dict[str, dict[int, float]] = {}
+    for row in kb.ask("quality_coordinates"):
+        found.setdefault(str(row["quality"]), {})[int(str(row["position"]))] = float(str(row["coordinate"]))
+    return {quality: tuple(of[at] for at in sorted(of)) for quality, of in found.items()}
 
 
 def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
