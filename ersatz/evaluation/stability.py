@@ -94,6 +94,7 @@ def stability(
     objects: Objects,
     variants: Sequence[Variant] = VARIANTS,
     resamples: int = 100,
+    refits: int = 100,
     restarts: int = 3,
     progress: Callable[[str, float], None] = lambda _stage, _share: None,
 ) -> tuple[Stability, ...]:
@@ -104,6 +105,8 @@ def stability(
     objects : Objects
     variants : sequence of Variant
     resamples : int
+    refits : int
+        In so many of them the qualities are found anew, too; at least 1, and the slower part.
     restarts : int
         Starts of k-means in several dimensions.
     progress : callable
@@ -112,20 +115,18 @@ def stability(
     settings = {m: SubcategorizationSettings(restarts=restarts, fuzzifier=m) for m in fuzzifiers}
     fixed = {m: learn(objects, settings[m]) for m in fuzzifiers}
     full = {one: similarities(reground(objects, fixed[one.fuzzifier]), one.settings) for one in variants}
-    rows: dict[Variant, list[tuple[float, ...]]] = {variant: [] for variant in variants}
+    rows: dict[tuple[Variant, bool], list[tuple[float, ...]]] = {}
     for seed in range(resamples):
         progress("objects drawn again", seed / resamples)
         again = objects.resampled(seed)
-        for refitted in (False, True):
+        for refitted in (False, True)[: 1 + (seed < refits)]:
             cuts = {m: learn(again, settings[m]) for m in fuzzifiers} if refitted else fixed
             known = {m: reground(again, cuts[m]) for m in fuzzifiers}
             for one in variants:
-                rows[one].append(_compare(full[one], similarities(known[one.fuzzifier], one.settings)))
-    found = []
-    for variant, each in rows.items():
-        means = [np.mean(each[start::2], axis=0).tolist() for start in (0, 1)]
-        found.append(Stability(variant.label, *means[0], *means[1]))
-    return tuple(found)
+                compared = _compare(full[one], similarities(known[one.fuzzifier], one.settings))
+                rows.setdefault((one, refitted), []).append(compared)
+    means = {key: np.mean(each, axis=0).tolist() for key, each in rows.items()}
+    return tuple(Stability(one.label, *means[one, False], *means[one, True]) for one in variants)
 
 
 def with_agreement(

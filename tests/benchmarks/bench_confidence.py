@@ -1,7 +1,7 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--splits 20] [--decisions 40]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 40]
 
 Prints tables in Markdown; `--out` also writes the numbers as JSON and the figure of calibration. Without the
 RoCS data only `household` takes part.
@@ -37,9 +37,9 @@ def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) 
     """Draw the objects of RoCS again; agreement is that of `household` with the benchmark."""
     if "RoCS" not in data:
         sys.exit("stability needs the RoCS data: say where it is with --rocs")
-    found = stability(data["RoCS"], VARIANTS, options.resamples, progress=tell)
+    found = stability(data["RoCS"], VARIANTS, options.resamples, options.refits, progress=tell)
     found = with_agreement(found, VARIANTS, data["household"], load_scenarios("benchmark"))
-    print(f"{options.resamples} resamples\n\n{markdown(found)}")
+    print(f"{options.resamples} resamples, {options.refits} refitted\n\n{markdown(found)}")
     return [one.to_json() for one in found]
 
 
@@ -65,9 +65,7 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
 def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
     """Count measurements in the order asked for and in random order."""
     found = {}
-    print(
-        "| unknown | possible | until right: asked, random, ratio | until sure: asked, random, ratio |"
-    )
+    print("| unknown | possible | until right: asked, random, ratio | until sure: asked, random, ratio |")
     print("|---|---|---|---|")
     for name, objects in data.items():
         qualities = learn(objects, SubcategorizationSettings())
@@ -100,7 +98,7 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", choices=[[], *PARTS], default=[])
     parser.add_argument("--out", type=Path)
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
-    for name, usual in (("resamples", 100), ("splits", 20), ("decisions", 40)):
+    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 20), ("decisions", 40)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     options = parser.parse_args()
     warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment
