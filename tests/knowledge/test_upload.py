@@ -129,7 +129,9 @@ def test_triples_that_came_in_another_order_are_completed(server: Endpoint, url:
     with Relay(server.query, 3) as relay, pytest.raises(KnowledgeBaseError):
         upload(kb, url.replace(server.query, relay.query), UploadSettings(piece=25))
     kept = sorted(lines_of(kb), reverse=True)[:80]
-    server.put("".join([*kept, *(one for one in lines_of(kb) if "#revision>" in one)]).encode(), graph_of(url))
+    server.put(
+        "".join([*kept, *(one for one in lines_of(kb) if "#revision>" in one)]).encode(), graph_of(url)
+    )
     upload(kb, url, SETTINGS)
     assert lines_of(KnowledgeBase.open(url)) == lines_of(kb)
 
@@ -171,7 +173,9 @@ def test_foreign_triples_are_never_deleted(server: Endpoint, url: str, ersatz: S
     run = ersatz("upload", tmp_path / "kb.ttl", url, "--replace")
     assert run.code == 2
     assert "holds 1 triples that are no knowledge base" in run.err
-    assert server.client.get(server.graphs + graph_of(url), headers={"Accept": "text/turtle"}).status_code == 200
+    assert (
+        server.client.get(server.graphs + graph_of(url), headers={"Accept": "text/turtle"}).status_code == 200
+    )
 
 
 def test_the_command_line_uploads_a_directory_and_asks_it(
@@ -231,7 +235,9 @@ def test_virtuoso_takes_an_upload_and_updates_with_a_digest_login(guarded: Endpo
     with pytest.raises(KnowledgeBaseError, match="answered 401") as error:
         upload(kb, url, UploadSettings(credentials=wrong))
     assert "wr0ng" not in str(error.value)
-    login = secrets(tmp_path, "machine elsewhere login dba password no", "machine 127.0.0.1 login dba password dba")
+    login = secrets(
+        tmp_path, "machine elsewhere login dba password no", "machine 127.0.0.1 login dba password dba"
+    )
     assert upload(kb, url, UploadSettings(credentials=login, piece=40)) == len(lines_of(kb))
     assert answers(KnowledgeBase.open(url)) == answers(kb)
     changed = small()
@@ -280,7 +286,9 @@ def test_a_login_goes_to_its_host_alone(tmp_path: Path, monkeypatch: pytest.Monk
             send(port, "/", secrets(tmp_path, f"machine 127.0.0.1:{port} {line}"))
         with pytest.raises(KnowledgeBaseError, match="answered 401"):
             send(port, "/", secrets(tmp_path, f"machine 127.0.0.1:{port + 1} login robot password s3cret"))
-        monkeypatch.setenv(CREDENTIALS, str(secrets(tmp_path, "machine 127.0.0.1 login robot password s3cret")))
+        monkeypatch.setenv(
+            CREDENTIALS, str(secrets(tmp_path, "machine 127.0.0.1 login robot password s3cret"))
+        )
         Transport(20).send(Request(f"http://127.0.0.1:{port}/", b"x"))
         known = Login.find(f"http://127.0.0.1:{port}/")
         assert known is not None

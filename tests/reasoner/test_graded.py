@@ -45,9 +45,7 @@ def degrees(seed: int, *shape: int, whole: bool = False) -> NDArray[Any]:
     counts = counts * observed
     totals = np.repeat(np.add.reduceat(counts, LAYOUT.starts, axis=-1), LENGTHS, axis=-1)
     if whole:
-        return np.asarray(
-            (2 * counts * ONE + np.maximum(totals, 1)) // (2 * np.maximum(totals, 1)), np.int32
-        )
+        return np.asarray((2 * counts * ONE + np.maximum(totals, 1)) // (2 * np.maximum(totals, 1)), np.int32)
     return np.asarray(counts / np.maximum(totals, 1))
 
 
