@@ -59,7 +59,7 @@ class Settings:
     Attributes
     ----------
     subcategorization : SubcategorizationSettings
-        Qualities per property, restarts, seed.
+        Qualities per property, restarts, seed; crisp, or fuzzy by a fuzzifier above 1.
     unit : ObservationUnit
         What is counted: instances (default), or every observation of them.
     theta : Fraction
@@ -87,14 +87,16 @@ class Settings:
 
     def to_json(self) -> str:
         """Return what decides the result as JSON."""
+        cuts = self.subcategorization
         return json.dumps(
             {
                 "expert_seed": self.acquisition.expert_seed,
                 "shape_concepts": self.acquisition.shape_concepts,
                 "views": self.acquisition.views,
-                "clusters": self.subcategorization.clusters,
-                "restarts": self.subcategorization.restarts,
-                "seed": self.subcategorization.seed,
+                "clusters": cuts.clusters,
+                "restarts": cuts.restarts,
+                "seed": cuts.seed,
+                **({"fuzzifier": cuts.fuzzifier} if cuts.fuzzifier > 1 else {}),
                 "unit": str(self.unit),
                 "theta": plain(finite(self.theta)),
                 "classes_only": self.classes_only,

@@ -4,6 +4,7 @@ A store answers queries and applies a change as a whole or not at all. All of th
 terms. Nothing here knows what the triples mean.
 """
 
+import ctypes
 import gzip
 import os
 import shutil
@@ -283,11 +284,25 @@ def _swap(fresh: Path, path: Path) -> None:
             raise
         except KnowledgeBaseError:
             pass  # damaged: all the more reason to replace it
-    if path.exists():
-        path.rename(old)
-    fresh.rename(path)
+    if not (path.exists() and _exchange(fresh, path)):
+        if path.exists():
+            path.rename(old)
+        fresh.rename(path)
     del writer
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Exchange the names of two directories at once, so that neither is missing for a moment.
+
+    False where the system or the file system cannot (any but Linux): a kill between the two renames that
+    are needed then leaves the older knowledge base beside its place, as `.NAME.old-PID`.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    rename = getattr(ctypes.CDLL(None), "renameat2", None)
+    here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    return rename is not None and rename(here, os.fsencode(one), here, os.fsencode(other), exchange) == 0
 
 
 def _pin(snapshot: Path) -> BinaryIO | None:
