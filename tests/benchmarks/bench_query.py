@@ -82,7 +82,7 @@ def lines(counts: Counts) -> Iterator[str]:
 
 def run(quick: bool) -> list[Row]:
     """Time warm queries from few classes to a million."""
-    rows = shipped(quick) + beside_sparql(500 if quick else 10_000)
+    rows = shipped(quick) + beside_sparql(500 if quick else 5_000)
     for classes in (2_000, 20_000) if quick else (100_000, 1_000_000):
         rows += arrays(classes, quick)
     return rows
