@@ -59,7 +59,7 @@ class Settings:
     Attributes
     ----------
     subcategorization : SubcategorizationSettings
-        Qualities per property, restarts, seed.
+        Qualities per property, restarts, seed; crisp, or fuzzy by a fuzzifier above 1.
     unit : ObservationUnit
         What is counted: instances (default), or every observation of them.
     theta : Fraction
@@ -87,14 +87,16 @@ class Settings:
 
     def to_json(self) -> str:
         """Return what decides the result as JSON."""
+        cuts = self.subcategorization
         return json.dumps(
             {
                 "expert_seed": self.acquisition.expert_seed,
                 "shape_concepts": self.acquisition.shape_concepts,
                 "views": self.acquisition.views,
-                "clusters": self.subcategorization.clusters,
-                "restarts": self.subcategorization.restarts,
-                "seed": self.subcategorization.seed,
+                "clusters": cuts.clusters,
+                "restarts": cuts.restarts,
+                "seed": cuts.seed,
+                **({"fuzzifier": cuts.fuzzifier} if cuts.fuzzifier > 1 else {}),
                 "unit": str(self.unit),
                 "theta": plain(finite(self.theta)),
                 "classes_only": self.classes_only,
@@ -294,7 +296,31 @@ def ground(
 
     seen = read_scan(Path(scan)) if isinstance(scan, str | Path) else scan
     seen = seen if mass is None else replace(seen, mass=mass)
-    values = measure_object(seen, _concepts_of(kb, concepts))
+    return ground_values(kb, measure_object(seen, concepts_of(kb, concepts)), seen.source.name, settings)
+
+
+def ground_values(
+    kb: KnowledgeBase,
+    values: Mapping[str, tuple[float, ...]],
+    scan: str,
+    settings: ReasonerSettings | None = None,
+) -> Grounded:
+    """Ground what was measured of an unknown object.
+
+    Parameters
+    ----------
+    kb : KnowledgeBase
+    values : mapping of property to its components, in the property's unit
+        Properties the knowledge base does not know are left out.
+    scan : str
+        The file's name.
+    settings : ReasonerSettings, optional
+
+    Raises
+    ------
+    InputError
+        If the knowledge base knows none of the properties.
+    """
     held = []
     for qualities in read_qualities(kb):
         name = qualities.property.name
@@ -303,15 +329,21 @@ def ground(
             held.append(Held(qualities.names[row], name, values[name], qualities.property.unit))
     names = [one.quality for one in held]
     return Grounded(
-        seen.source.name,
+        scan,
         tuple(held),
         nearest_classes(kb, names, settings),
         possible_roles(kb, names, settings),
     )
 
 
-def _concepts_of(kb: KnowledgeBase, given: str | Path | None) -> "ShapeConcepts | None":
-    """Return the shape concepts a knowledge base was built with; None if it was built without scans."""
+def concepts_of(kb: KnowledgeBase, given: str | Path | None = None) -> "ShapeConcepts | None":
+    """Return the shape concepts a knowledge base was built with; None if it was built without scans.
+
+    Raises
+    ------
+    InputError
+        If they are not at `given`, or beside the knowledge base, or are others.
+    """
     from ersatz.acquisition.shape_concepts import ShapeConcepts
 
     wanted = [row["sha256"] for row in kb.ask("sources") if row["file"] == CONCEPTS_SOURCE]
