@@ -198,7 +198,7 @@ def run(quick: bool) -> list[Row]:
                 found = measured(way, folder, sample if slow else world)
                 assert found["triples"] in (0, few if slow else triples), (way, found)
                 work.setdefault(way, []).append(found["work"] * (triples / few if slow else 1))
-            assert same(folder, classes)
+            assert same(folder)
             shutil.rmtree(folder / "created")
             shutil.rmtree(folder / "bulk")
     size = f"{classes:,} classes, {triples:,} triples"
@@ -216,7 +216,7 @@ def run(quick: bool) -> list[Row]:
     ]
 
 
-def same(folder: Path, classes: int) -> bool:
+def same(folder: Path) -> bool:
     """Tell whether what was created and what the engine loaded are the same triples."""
     with KnowledgeBase.open(folder / "created") as kb:
         found = sum(hash(str(triple)) for triple in kb.triples())

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.error import URLError
@@ -18,7 +19,8 @@ from ersatz.knowledge.upload import UploadSettings, upload
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.cli import Shell
 from tests.knowledge.endpoints import Endpoint, oxigraph, virtuoso
-from tests.knowledge.tools import facts_of, lines_of, small
+from tests.knowledge.tools import facts_of, lines_of
+from tests.knowledge.tools import small as built
 
 SETTINGS = UploadSettings(piece=40)
 
@@ -33,6 +35,16 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Endpoint]:
 def url(server: Endpoint, request: pytest.FixtureRequest) -> str:
     """The URL of a graph of this test's own."""
     return reading(server, f"urn:{request.node.name}")
+
+
+@cache
+def once() -> tuple[str, ...]:
+    return tuple(line for line in lines_of(built()) if "#revision>" not in line)
+
+
+def small() -> KnowledgeBase:
+    """A copy of the small knowledge base, of this test's own."""
+    return KnowledgeBase.create(once())
 
 
 def reading(server: Endpoint, graph: str) -> str:
