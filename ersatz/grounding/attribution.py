@@ -57,7 +57,7 @@ def attribute(measurements: Measurements, qualities: Sequence[Qualities], units:
                     f"{list(quality.property.components)}"
                 )
             rows, values = unit_values(column, units, measurements)
-            held_here[rows] = quality.degrees(values) if quality.fuzzy else quality.assign(values)
+            held_here[rows] = quality.held(values)
         held.append(held_here)
     return Attribution(tuple(qualities), measurements.instance_class[units.instance], tuple(held))
 

@@ -143,6 +143,10 @@ class Qualities:
             return fuzzy.degrees(values, self.centroids, self.norms, self.fuzzifier)
         return fuzzy.DEGREE * np.eye(len(self.centroids), dtype=np.int64)[self.assign(values)]
 
+    def held(self, values: NDArray[np.float64]) -> NDArray[np.int8] | NDArray[np.int64]:
+        """Return what units with these values hold: the labels of `assign`, of fuzzy ones the `degrees`."""
+        return self.degrees(values) if self.fuzzy else self.assign(values)
+
     def assign(self, values: NDArray[np.float64]) -> NDArray[np.int8]:
         """Return the index (rank - 1) of the quality each value belongs to most, ties to the lower rank.
 

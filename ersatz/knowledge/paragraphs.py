@@ -111,7 +111,7 @@ def _placed(group: Iterable[tuple[str, Pairs]], places: dict[str, Place]) -> Ite
         names = _parts(subject)
         place = places.get(subject)
         if place is None:
-            owner, dash, _ = subject.rpartition("-")
+            owner, dash, _ = subject.partition("-")
             place = places.get(f"{owner}>" if dash else _model(subject, names[0]), _INSTANCES)
         yield (*place, names), subject, sorted(pairs, key=_pair_order)
 

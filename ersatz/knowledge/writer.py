@@ -12,15 +12,25 @@ from hashlib import sha256
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ersatz.grounding.attribution import Attribution
+from ersatz.grounding.attribution import Attribution, most_held
 from ersatz.grounding.conceptualization import Counts
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, unit_values
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.names import class_iri, class_name, distinct, model_iri, snake_iri, snake_name
+from ersatz.knowledge.names import (
+    class_iri,
+    class_name,
+    distinct,
+    local_name,
+    model_iri,
+    snake_iri,
+    snake_name,
+)
 from ersatz.knowledge.terms import (
     decimal,
+    degree,
     degree_text,
     english,
     finite,
@@ -151,7 +161,8 @@ def instance_knowledge(measurements: Measurements, units: Units, attribution: At
         if column is None:
             continue
         qualities = [iri(snake_iri(name)) for name in quality.names]
-        pairs = sorted({(int(units.instance[u]), int(held[u])) for u in np.flatnonzero(held >= 0)})
+        labels = most_held(held)
+        pairs = sorted({(int(units.instance[u]), int(labels[u])) for u in np.flatnonzero(labels >= 0)})
         for instance_index, rank in pairs:
             instance = snake_iri(str(measurements.instances[instance_index]))
             yield f"{iri(instance)} {v.HOLDS} {qualities[rank]} .\n"
@@ -217,6 +228,11 @@ _KNOWLEDGE: Final = frozenset(
             v.UNIT,
             v.HAS_AXIS,
             v.POSITION,
+            v.FUZZIFIER,
+            v.HAS_NORM_ELEMENT,
+            v.ROW_AXIS,
+            v.COLUMN_AXIS,
+            v.ELEMENT,
         ),
     )
 )
@@ -311,6 +327,10 @@ def _qualities(qualities: Qualities) -> Iterator[str]:
         yield f"{subject} {v.RANK} {integer(rank)} .\n"
         yield f"{subject} {v.METHOD} {text(qualities.method)} .\n"
         yield f"{subject} {v.WAS_GENERATED_BY} {BUILD} .\n"
+        if qualities.fuzzy:
+            yield f"{subject} {v.FUZZIFIER} {decimal(qualities.fuzzifier)} .\n"
+        if qualities.norms is not None:
+            yield from _norm(snake_iri(name), prop, qualities.norms[rank - 1])
         if prop.components:
             yield from _coordinates(snake_iri(name), prop, centroid.tolist())
             continue
@@ -318,6 +338,19 @@ def _qualities(qualities: Qualities) -> Iterator[str]:
         for predicate, bound in ((v.LOWER_BOUND, bounds[rank - 1]), (v.UPPER_BOUND, bounds[rank])):
             if bound is not None:
                 yield f"{subject} {predicate} {decimal(bound)} .\n"
+
+
+def _norm(owner: str, prop: Property, norm: NDArray[np.float64]) -> Iterator[str]:
+    """Yield the symmetric matrix of a quality's distances, its diagonal and what is above."""
+    for row, one in enumerate(prop.components):
+        for column, other in list(enumerate(prop.components))[row:]:
+            value = float(norm[row, column])
+            subject = iri(f"{owner}-{snake_name(one)}-{snake_name(other)}")
+            yield f"{iri(owner)} {v.HAS_NORM_ELEMENT} {subject} .\n"
+            yield from _individual(subject, v.NORM_ELEMENT, f"{one} by {other} = {value:.4g}")
+            yield f"{subject} {v.ROW_AXIS} {_axis(prop, one)} .\n"
+            yield f"{subject} {v.COLUMN_AXIS} {_axis(prop, other)} .\n"
+            yield f"{subject} {v.ELEMENT} {decimal(value)} .\n"
 
 
 def _coordinates(owner: str, prop: Property, values: Sequence[float]) -> Iterator[str]:
@@ -373,7 +406,7 @@ def _means(
     column: Column,
     measurements: Measurements,
     units: Units,
-    held: np.ndarray[tuple[int, ...], np.dtype[np.int8]] | np.ndarray[tuple[int, ...], np.dtype[np.int64]],
+    held: NDArray[np.int8] | NDArray[np.int64],
     qualities: Sequence[str],
 ) -> Iterator[str]:
     """Yield the value of each instance with named observations: their mean, which holds the quality."""
@@ -387,7 +420,7 @@ def _means(
         node = f"{name}__{snake_name(prop.name)}"
         origins = {int(origin) for origin in column.origin[start:stop]}
         yield from _measurement(name, node, prop, value.tolist(), f"mean of {stop - start}")
-        yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(held[unit])]} .\n"
+        yield from _assigned(node, held[unit : unit + 1], qualities)
         for origin in sorted(origins):
             yield f"{iri(node)} {v.ORIGIN} {v.term(ORIGINS[origin])} .\n"
         for row in range(start, stop):
@@ -404,7 +437,7 @@ def _observations(
 ) -> Iterator[str]:
     """Yield every value as it was measured."""
     prop = column.property
-    labels = quality.assign(column.values)
+    held = quality.held(column.values)
     for row, value in enumerate(column.values.tolist()):
         name = snake_iri(str(measurements.instances[column.instance[row]]))
         node = f"{name}__{snake_name(prop.name)}"
@@ -415,9 +448,27 @@ def _observations(
         if observation:
             yield f"{iri(node)} {v.OBSERVATION} {text(observation)} .\n"
         if not observation or kind is ObservationUnit.OBSERVATION:
-            yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(labels[row])]} .\n"
+            yield from _assigned(node, held[row : row + 1], qualities)
         yield f"{iri(node)} {v.ORIGIN} {v.term(ORIGINS[column.origin[row]])} .\n"
         yield f"{iri(node)} {v.SOURCE} {source_iri(measurements.sources[column.source[row]])} .\n"
+
+
+def _assigned(
+    node: str, held: NDArray[np.int8] | NDArray[np.int64], qualities: Sequence[str]
+) -> Iterator[str]:
+    """Yield the quality a value belongs to most and, of fuzzy ones, every degree above 0."""
+    yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(most_held(held)[0])]} .\n"
+    if held.ndim == 1:
+        return
+    for quality, part in zip(qualities, held[0].tolist(), strict=True):
+        if not part:
+            continue
+        name = local_name(quality[1:-1])
+        subject = iri(f"{node}-{name}")
+        yield f"{iri(node)} {v.HAS_ASSIGNMENT} {subject} .\n"
+        yield from _individual(subject, v.ASSIGNMENT, f"{name} to {degree_text(part)}")
+        yield f"{subject} {v.QUALITY} {quality} .\n"
+        yield f"{subject} {v.DEGREE} {degree(part)} .\n"
 
 
 def _observed_iri(node: str, observation: str) -> str:
@@ -463,6 +514,8 @@ def named(
             )
         for name in quality.names:
             yield snake_iri(name), f"quality {name!r}"
+            if quality.fuzzy:  # <measurement>-<quality> is a degree, <measurement>-<component> a coordinate
+                yield f"{snake_iri(prop.name)}-{snake_name(name)}", f"a degree of {name!r}"
     if not classes_only:
         for instance in measurements.instances.tolist():
             yield snake_iri(instance), f"instance {instance!r}"

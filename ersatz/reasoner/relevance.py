@@ -166,14 +166,14 @@ class Demand:
     layout : Layout
     weights : Weights
         Graded relevance, in whole numbers.
-    degrees, shares : (q,) uint16 arrays
+    degrees, shares : (q,) int32 arrays
         Of the tool itself.
     """
 
     layout: Layout
     weights: Weights
-    degrees: NDArray[np.uint16]
-    shares: NDArray[np.uint16]
+    degrees: NDArray[np.int32]
+    shares: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

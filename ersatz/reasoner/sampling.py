@@ -36,6 +36,8 @@ class Question:
         Row of each candidate's class; -1 for a single object.
     held : (n, q) array of degrees in [0, 1]
         What a single object is known to hold; not looked at for classes.
+    further : float, optional
+        Ask not for the answer with endless data, but for the one with so many times as many objects more.
     """
 
     knowledge: Knowledge
@@ -43,6 +45,13 @@ class Question:
     tool: int
     rows: NDArray[np.int64]
     held: NDArray[np.float64]
+    further: float | None = None
+
+    def degrees(self, of: Posterior, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+        """Return (draws, n, q) degrees drawn."""
+        if self.further is None:
+            return of.draw(draws, chance)
+        return of.foresee(draws, chance, self.further)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,11 +102,11 @@ def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
     for start in range(0, draws, size):
         number = min(size, draws - start)
         candidates = np.empty((number, len(rows), len(known.qualities)))
-        candidates[:, classes] = models.draw(number, chances[0])
+        candidates[:, classes] = question.degrees(models, number, chances[0])
         if objects is not None:
             candidates[:, ~classes] = objects.draw(number, chances[1])
-        mine = tool.draw(number, chances[2])[:, 0]
-        yield _answer(question, mine, functions.draw(number, chances[3]), candidates)
+        mine = question.degrees(tool, number, chances[2])[:, 0]
+        yield _answer(question, mine, question.degrees(functions, number, chances[3]), candidates)
 
 
 def _answer(

@@ -443,7 +443,7 @@ def _rank(
     reused: bool,
 ) -> Ranking:
     numerators, denominators = _compared(settings, found, candidates)
-    similarity = numerators / denominators
+    similarity = (numerators / denominators).astype(np.float64, copy=False)
     similarity[candidates.rows == known.row_of_class[iri]] = -1.0
     return Ranking(
         known.classes.names[known.row_of_class[iri]],

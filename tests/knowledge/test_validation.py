@@ -9,6 +9,7 @@ import rdflib
 
 from ersatz.errors import KnowledgeBaseError
 from ersatz.knowledge import validation
+from ersatz.knowledge.contradictions import consistent, explain
 from tests.reasoners import ROOT, java
 
 EXAMPLES = ROOT / "ontology" / "examples"
@@ -145,21 +146,56 @@ FAULTS = [
     ("weight taken for rigidity", "two_classes",
      replace("kb:bowl_01__weight", "ersatz:assignedQuality", "kb:rigidity_1"),
      "quality_of_other_property", "bowl_01__weight"),
-    ("two qualities, no degrees", "two_classes",
+    ("two qualities", "two_classes",
      insert("kb:bowl_01__weight ersatz:assignedQuality kb:weight_2"),
      "two_qualities", "bowl_01__weight"),
     ("value above its quality", "two_classes", replace("kb:bowl_01__weight", "ersatz:rawValue", "0.5"),
      "value_outside_bounds", "bowl_01__weight"),
     ("value below its quality", "two_classes", replace("kb:plate_01__weight", "ersatz:rawValue", "0.3"),
      "value_outside_bounds", "plate_01__weight"),
-    ("degree over one", "fuzzy", replace("kb:bowl_01__weight__weight_2", "ersatz:degree", "1.5"),
-     "wrong_assignment", "bowl_01__weight__weight_2"),
-    ("degree lost", "fuzzy", delete("kb:coffee_mug_01__weight__weight_2 ?p ?o") + " ; "
-     + delete("?m ersatz:hasAssignment kb:coffee_mug_01__weight__weight_2"),
-     "wrong_assignment", "coffee_mug_01__weight"),
-    ("degree of a quality not assigned", "fuzzy",
-     replace("kb:bowl_01__weight__weight_2", "ersatz:quality", "kb:weight_1"),
-     "wrong_assignment", "bowl_01__weight__weight_2"),
+    ("degree over one", "fuzzy", replace("kb:bowl_01__weight-weight_2", "ersatz:degree", "1.5"),
+     "wrong_assignment", "bowl_01__weight-weight_2"),
+    ("degree of another property", "fuzzy",
+     replace("kb:bowl_01__weight-weight_2", "ersatz:quality", "kb:size_2"),
+     "wrong_assignment", "bowl_01__weight-weight_2"),
+    ("degree of two values", "fuzzy",
+     insert("kb:bowl_02__weight ersatz:hasAssignment kb:bowl_01__weight-weight_2"),
+     "wrong_assignment", "bowl_01__weight-weight_2"),
+    ("two degrees of one quality", "fuzzy",
+     replace("kb:bowl_02__weight-weight_2", "ersatz:quality", "kb:weight_1"),
+     "wrong_assignment", "bowl_02__weight-weight_2"),
+    ("degree lost", "fuzzy", delete("kb:coffee_mug_01__weight-weight_2 ?p ?o") + " ; "
+     + delete("?m ersatz:hasAssignment kb:coffee_mug_01__weight-weight_2"),
+     "degrees_short_of_one", "coffee_mug_01__weight"),
+    ("assigned what it belongs to less", "fuzzy",
+     replace("kb:coffee_mug_01__weight", "ersatz:assignedQuality", "kb:weight_2"),
+     "not_most_assigned", "coffee_mug_01__weight"),
+    ("assigned the higher of equal ones", "fuzzy",
+     replace("kb:coffee_mug_01__weight", "ersatz:assignedQuality", "kb:weight_2") + " ; "
+     + replace("kb:coffee_mug_01__weight-weight_1", "ersatz:degree", "0.5") + " ; "
+     + replace("kb:coffee_mug_01__weight-weight_2", "ersatz:degree", "0.5"),
+     "not_most_assigned", "coffee_mug_01__weight"),
+    ("fuzzy value without degrees", "fuzzy", delete("kb:bowl_01__weight ersatz:hasAssignment ?a"),
+     "degrees_left_out", "bowl_01__weight"),
+    ("degrees of a crisp quality", "fuzzy", delete("?q ersatz:qualityOf kb:weight ; ersatz:fuzzifier ?m"),
+     "degrees_left_out", "bowl_01__weight"),
+    ("one property, two fuzzifiers", "fuzzy", replace("kb:weight_2", "ersatz:fuzzifier", "1.5"),
+     "degrees_left_out", "weight_2"),
+    ("fuzzy count differs from the degrees", "fuzzy",
+     replace("kb:CoffeeMug__weight_1", "ersatz:count", "1.8"), "class_count_differs", "model_CoffeeMug"),
+    ("fuzzy function count differs", "fuzzy",
+     replace("kb:containment_1__weight_1", "ersatz:count", "1.81001"), "function_count_differs",
+     "model_containment_1"),
+    ("fuzzy entry lost", "fuzzy", delete("?m ersatz:hasEntry kb:CoffeeMug__weight_2"),
+     "counts_short_of_total", "model_CoffeeMug"),
+    ("matrix without an element", "fuzzy", delete("kb:size_2 ersatz:hasNormElement kb:size_2-length-height"),
+     "wrong_norm", "size_2"),
+    ("element given twice", "fuzzy",
+     replace("kb:size_2-length-height", "ersatz:columnAxis", "kb:size-length"), "wrong_norm", "size_2"),
+    ("element below the diagonal", "fuzzy",
+     replace("kb:size_2-length-height", "ersatz:rowAxis", "kb:size-height") + " ; "
+     + replace("kb:size_2-length-height", "ersatz:columnAxis", "kb:size-length"),
+     "wrong_norm", "size_2"),
     ("vector without its width", "vector",
      delete("kb:bowl_01__size ersatz:hasCoordinate kb:bowl_01__size-width"),
      "wrong_coordinates", "bowl_01__size"),
@@ -255,6 +291,11 @@ SHAPE_FAULTS = [
      replace("kb:bowl_01__weight", "ersatz:measuredProperty", "kb:weight_1"), "shape_Measurement"),
     ("unit of observation unknown", "two_classes",
      replace("kb:build_1", "ersatz:observationUnit", '"day"'), "shape_KnowledgeBuild"),
+    ("fuzzifier below one", "fuzzy", replace("kb:weight_1", "ersatz:fuzzifier", "0.5"), "shape_Quality"),
+    ("element of no quality", "fuzzy", delete("?q ersatz:hasNormElement kb:size_2-length-height"),
+     "shape_NormElement"),
+    ("degree of nothing", "fuzzy", delete("?m ersatz:hasAssignment kb:bowl_01__weight-weight_2"),
+     "shape_Assignment"),
     ("SHA of seven digits", "two_classes", insert('kb:source_by_hand ersatz:sha256 "0123456"'),
      "shape_Source"),
 ]  # fmt: skip
@@ -265,7 +306,23 @@ CONTRADICTIONS = [
     ("candidates merged", "substitution", insert("kb:model_Plate owl:sameAs kb:model_Sponge")),
     ("two counts", "two_classes", insert("kb:Bowl__weight_1 ersatz:count 2.5")),
     ("two ranks", "two_classes", insert("kb:weight_1 ersatz:rank 2")),
+    ("two degrees", "fuzzy", insert("kb:bowl_01__weight-weight_2 ersatz:degree 0.5")),
 ]
+
+EXPLAINED = [
+    (
+        *CONTRADICTIONS[4][1:],
+        "https://w3id.org/ersatz/kb#Bowl__weight_1",
+        {"kb:Bowl__weight_1 ersatz:count 2", "kb:Bowl__weight_1 ersatz:count 2.5",
+         "ersatz:count a owl:FunctionalProperty"},
+    ),
+    (
+        *CONTRADICTIONS[0][1:],
+        "https://w3id.org/ersatz/kb#weight_1",
+        {"kb:weight_1 a ersatz:FunctionalQuality", "kb:weight_1 a ersatz:PhysicalQuality",
+         "ersatz:FunctionalQuality owl:disjointWith ersatz:PhysicalQuality"},
+    ),
+]  # fmt: skip
 
 
 def planted(example: str, update: str) -> ox.Store:
@@ -311,8 +368,26 @@ def test_shapes_find_planted_fault(_: str, example: str, update: str, rule: str)
 @pytest.mark.parametrize(("_", "example", "update"), CONTRADICTIONS, ids=[f[0] for f in CONTRADICTIONS])
 def test_hermit_finds_contradiction(_: str, example: str, update: str) -> None:
     java()
+    assert not consistent(quad.triple for quad in validation.with_ontology(planted(example, update)))
+
+
+@pytest.mark.parametrize(("example", "update", "entity", "statements"), EXPLAINED, ids=["count", "kind"])
+def test_contradiction_is_named(example: str, update: str, entity: str, statements: set[str]) -> None:
+    java()
     report = validation.check(planted(example, update), reason=True, rules=[])
-    assert [finding.rule for finding in report.findings] == ["inconsistent"]
+    assert [(finding.rule, finding.entity) for finding in report.findings] == [("inconsistent", entity)]
+    said = report.findings[0].message.partition("cannot all be true: ")[2]
+    assert set(said.split(" | ")) == statements
+
+
+def test_contradiction_is_shown_as_far_as_time_allows() -> None:
+    java()
+    store = validation.with_ontology(planted(*CONTRADICTIONS[0][1:]))
+    found = explain((quad.triple for quad in store), seconds=0)
+    assert not found.minimal
+    assert "kb:weight_1 a ersatz:FunctionalQuality" in found.texts()
+    whole = next(text for text in found.texts() if text.startswith("ersatz:FunctionModel rdfs:subClassOf ("))
+    assert "owl:allValuesFrom ersatz:PhysicalQuality" in whole
 
 
 @pytest.mark.parametrize(
