@@ -21,6 +21,7 @@ EXPECTED = {
     "property_vector": "WHERE THE VALUES LIE",
     "quality": "WHAT GOES WITH IT",
     "substitution": "In place of a tray",
+    "graded": "alike, counts",
     "sparql": "rows in",
     "graph": "rdfs:subClassOf",
     "checks": "rules",
