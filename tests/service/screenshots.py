@@ -54,8 +54,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         scan = Path(folder) / "board.ply"
         write_board(scan)
-        scans = {"scans": Path(sys.argv[3])} if len(sys.argv) > 3 else {}
-        server = start(sys.argv[2] if len(sys.argv) > 2 else "household", Path(folder) / "log", **scans)
+        kb, scans = (*sys.argv[2:4], *("household", "")[len(sys.argv) - 2 :])
+        server = start(kb, Path(folder) / "log", scans=Path(scans) if scans else None)
         try:
             for look, dark, width in (("", False, 1360), ("_dark", True, 1360), ("_narrow", False, 400)):
                 with browser(server.url, Path(folder) / f"profile{look}", dark=dark, width=width) as window:
