@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import tests.benchmarks
 from tests.benchmarks.measuring import Row, versions
-from tests.conftest import ROOT
+from tests.readme import put
 
 BEGIN: Final = "<!-- how fast -->"
 END: Final = "<!-- end of how fast -->"
@@ -90,12 +90,7 @@ def time_text(times: tuple[float, ...]) -> str:
 
 def into_readme(table: str) -> None:
     """Put the table into its place in the README."""
-    path = ROOT / "README.md"
-    before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    if not begin or not after:
-        sys.exit(f"the README has no place for the table: write {BEGIN} and {END}")
-    path.write_text(f"{before}{BEGIN}\n{table}{END}{after}", encoding="utf-8")
+    put(table, BEGIN, END)
 
 
 def _line(row: Row) -> str:

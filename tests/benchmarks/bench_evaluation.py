@@ -15,7 +15,8 @@ from ersatz.evaluation.report import markdown_table, write
 from ersatz.evaluation.scenarios import load_scenarios
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.pipeline import ground_blocks
-from tests.conftest import DATA, ROOT
+from tests.conftest import DATA
+from tests.readme import put
 
 BEGIN, END = "<!-- methods on the benchmark -->", "<!-- end of methods -->"
 AFFORDANCES = DATA / "affordances" / "affordance_data.csv"
@@ -40,12 +41,7 @@ def main() -> None:
         write(results, options.out)
     table = markdown_table(results)
     if options.readme:
-        path = ROOT / "README.md"
-        before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
-        after = rest.partition(END)[2]
-        if not begin or not after:
-            sys.exit(f"the README has no place for the table: write {BEGIN} and {END}")
-        path.write_text(f"{before}{BEGIN}\n{table}{END}{after}", encoding="utf-8")
+        put(table, BEGIN, END)
     else:
         print(table)
 
