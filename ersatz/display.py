@@ -26,6 +26,10 @@ BAR = 10
 """Characters of a full bar."""
 
 
+MINOR = 0.05
+"""Weights below are not shown."""
+
+
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
     """Print which things stand in for the missing tool, and why."""
     settings = ranking.settings
@@ -36,9 +40,13 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
             "--fallback compares with all that is typical of it."
         )
         return
-    if ranking.relevant_functional:
+    if settings.graded:
+        _show_weights(console, ranking)
+    elif ranking.relevant_functional:
         console.print(f"What it is for: {', '.join(ranking.relevant_functional)}", highlight=False)
-    console.print(f"What counts:    {', '.join(ranking.relevant_physical) or 'nothing'}", highlight=False)
+    if not settings.graded:
+        counts = ", ".join(ranking.relevant_physical) or "nothing"
+        console.print(f"What counts:    {counts}", highlight=False)
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 1, 0))
     for _ in range(3):
         table.add_column(no_wrap=True)
@@ -53,6 +61,27 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
         console.print(f"  … and {len(ranking) - most} more", style="dim")
     if ranking.reused:
         console.print("Remembered from an earlier question.", style="dim")
+
+
+def _show_weights(console: Console, ranking: Ranking) -> None:
+    """Print how relevant functions and properties are, and which functions make a property relevant."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for _ in range(3):
+        table.add_column(no_wrap=True)
+    table.add_column(ratio=1, no_wrap=True, style="dim")
+    title = "What it is for"
+    for name, weight in ranking.weights()["functions"].items():
+        if weight >= MINOR:
+            table.add_row(title, name, bar(weight))
+            title = ""
+    title = "What counts"
+    for one in ranking.property_weights:
+        if one.weight >= MINOR:
+            behind = ", ".join(f"{name} {share:.2f}" for name, share in one.functions[:3])
+            table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
+            title = ""
+    console.print(table, highlight=False)
+    console.print(f"How alike: {ranking.settings.similarity}\n", highlight=False)
 
 
 def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:

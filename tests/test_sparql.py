@@ -291,6 +291,12 @@ CASES: dict[str, list[Case]] = {
             {"model": "MODEL"},
         )
     ],
+    "substitution_confidence": [
+        Case(
+            "kb:Plate | * | * | * | * | 0.9 | 50 | 1 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 1",
+            {"model": "MODEL"},
+        )
+    ],
     "substitution_model": [Case("kb:Tray | * | 0.35 | 0.35 | 0.3 | REVISION", {"model": "MODEL"})],
     "substitution_models": [Case("MODEL | kb:Tray | REVISION | REVISION")],
     "substitution_relevance": [
@@ -362,7 +368,8 @@ class World:
 def world() -> World:
     settings = Settings(SubcategorizationSettings(clusters=2), time="2026-01-02T03:04:05Z")
     kb = build(blocks=blocks(WORLD), settings=settings)
-    rank_substitutes(kb, "tray", settings=ReasonerSettings(tolerance=Fraction(3, 10)), remember=True)
+    chosen = ReasonerSettings(tolerance=Fraction(3, 10))
+    rank_substitutes(kb, "tray", settings=chosen, remember=True, draws=50)
     graph = rdflib.Graph().parse(data="".join(turtle(kb.triples())), format="turtle")
     (model,) = kb.view(remembered)
     return World(kb, graph, model)
@@ -372,7 +379,9 @@ def world() -> World:
 def household() -> KnowledgeBase:
     """The shipped knowledge base, with an answer it remembers."""
     kb = KnowledgeBase.open("household")
-    rank_substitutes(kb, "tray", settings=ReasonerSettings(tolerance=Fraction(1, 10)), remember=True)
+    rank_substitutes(
+        kb, "tray", settings=ReasonerSettings(tolerance=Fraction(1, 10)), remember=True, draws=10
+    )
     return kb
 
 

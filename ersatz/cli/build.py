@@ -30,7 +30,8 @@ def build(
         Path, typer.Argument(help="File (.ttl .owl .nt .jsonld, also .gz) or directory to write.")
     ],
     tables: Annotated[
-        list[Path] | None, typer.Option(help="A property table, CSV or Parquet; repeatable.")
+        list[str] | None,
+        typer.Option(help="A property table, CSV or Parquet, or a directory or URL of Parquet; repeatable."),
     ] = None,
     rocs: Annotated[Path | None, typer.Option(help="A folder laid out as the RoCS data set.")] = None,
     scans: Annotated[Path | None, typer.Option(help="A folder of scans.")] = None,
@@ -61,6 +62,10 @@ def build(
     ] = "0.35",
     classes_only: Annotated[bool, typer.Option(help="Leave the instances out.")] = False,
     seed: Annotated[int, typer.Option(help="Of k-means and of the expert's draws.")] = 0,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Who does the work: a Dask scheduler's address, or local:N processes; else one."),
+    ] = None,
     time: Annotated[
         str | None, typer.Option(help="Time of the build, ISO 8601; else SOURCE_DATE_EPOCH, else none.")
     ] = None,
@@ -97,6 +102,7 @@ def build(
             expert=source,
             settings=settings,
             out=out,
+            scheduler=scheduler,
             progress=report,
         )
     classes = kb.ask("classes")

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, open_kb, say
+from ersatz.cli.terminal import Location, open_kb, progress, say
 from ersatz.errors import InputError, MissingDependencyError
 
 
@@ -91,6 +91,38 @@ def export(
     else:
         kb.save(named)
     say(f"{named}: written")
+
+
+@app.command()
+def upload(
+    location: Location,
+    url: Annotated[str, typer.Argument(help="The endpoint as it will be opened.")],
+    graphs: Annotated[
+        str | None, typer.Option(help="URL of its Graph Store Protocol, where it cannot be guessed.")
+    ] = None,
+    update: Annotated[
+        str | None, typer.Option(help="URL changes go to, where it cannot be guessed; only to replace.")
+    ] = None,
+    credentials: Annotated[
+        Path | None, typer.Option(help="File of logins in netrc's format; else $ERSATZ_CREDENTIALS names it.")
+    ] = None,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Replace the knowledge base that is there, at once.")
+    ] = False,
+    piece: Annotated[int, typer.Option(help="Triples a request.")] = 50_000,
+) -> None:
+    """Send the knowledge base to a SPARQL server, as its home or as a copy; go on with a broken upload.
+
+    Nobody takes it for a knowledge base before all of it has arrived.
+    Example: ersatz upload kb 'http://server:7878/query?default-graph-uri=urn:fleet'
+    """
+    from ersatz.knowledge.upload import UploadSettings
+    from ersatz.knowledge.upload import upload as send
+
+    settings = UploadSettings(graphs, update, credentials, replace, piece)
+    with open_kb(location) as kb, progress() as report:
+        triples = send(kb, url, settings, report)
+        say(f"{url}: {triples} triples, revision {kb.revision[:12]}")
 
 
 @app.command()

@@ -29,9 +29,10 @@ SELECT ?thing ?subject ?object ?degree WHERE {{
   ?thing {v.QUALITY} ?object ; {v.DEGREE} ?degree .
 }}"""
 _ANSWERS: Final = f"""
-SELECT ?thing ?subject ?object ?degree WHERE {{
+SELECT ?thing ?subject ?object (COALESCE(?probability, ?similarity) AS ?degree) WHERE {{
   ?answer {v.MISSING_TOOL}/{v.DESCRIBES_CLASS} ?object ; {v.HAS_CANDIDATE} ?thing .
-  ?thing {v.CANDIDATE} ?who ; {v.SIMILARITY} ?degree ; {v.ACCEPTED} true .
+  ?thing {v.CANDIDATE} ?who ; {v.SIMILARITY} ?similarity ; {v.ACCEPTED} true .
+  OPTIONAL {{ ?thing {v.ACCEPTANCE_PROBABILITY} ?probability }}
   OPTIONAL {{ ?who {v.DESCRIBES_CLASS} ?class }}
   BIND(COALESCE(?class, ?who) AS ?subject)
 }}"""
@@ -54,10 +55,10 @@ def knowrob(knowledge: Iterable[ox.Triple]) -> Iterator[ox.Triple]:
 
     Every membership of a class model becomes a reified `ersatz:holds` of the class with its proportion
     as confidence, and occasional, because some objects of the class do not hold the quality. Every
-    accepted substitute becomes a reified `ersatz:substitutes` of the missing tool's class with the
-    similarity as confidence. With fuzzy grounding every degree of an object's value becomes a reified
-    `ersatz:holds` of the object with the degree as confidence. Classes, objects and what
-    they hold are kept as they are.
+    accepted substitute becomes a reified `ersatz:substitutes` of the missing tool's class; its confidence
+    is the probability that it stands in or, where that was not asked, its similarity. With fuzzy grounding
+    every degree of an object's value becomes a reified `ersatz:holds` of the object with the degree as
+    confidence. Classes, objects and what they hold are kept as they are.
 
     Parameters
     ----------

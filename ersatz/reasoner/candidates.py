@@ -122,11 +122,14 @@ def _joined(
     )
 
 
-def _instance(kb: KnowledgeBase, iri: str) -> Instance:
-    """Read what a perceived instance holds; where a row tells no degree, wholly."""
-    held = {
+def perceived(kb: KnowledgeBase, iri: str) -> dict[str, Decimal]:
+    """Return the degree to which an instance holds qualities, by IRI; where none is told, wholly."""
+    return {
         str(row["quality"]): Decimal(str(row.get("degree") or 1))
         for row in kb.ask("instance_qualities", instances=[iri])
     }
+
+
+def _instance(kb: KnowledgeBase, iri: str) -> Instance:
     row = kb.ask("instance", instance=iri)[0]
-    return Instance(str(row["name"]), iri, str(row["class"]), held)
+    return Instance(str(row["name"]), iri, str(row["class"]), perceived(kb, iri))

@@ -12,7 +12,8 @@ from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
 from ersatz.reasoner.graded import Layout, Weights
-from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.posterior import posterior
+from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import CRISP, GRADED, RATIOS, Similarity, above, compare
 
 PAPER_PROPERTIES: Final = (
@@ -34,7 +35,8 @@ _USUAL: Final = Fraction(35, 100)
 _BY_MODE: Final = cast("Similarity", "")
 """Stands for the similarity that is usual in crisp or graded reasoning."""
 
-ORDINAL_TOLERANCE: Final = Fraction(2, 3)
+ORDINAL_TOLERANCE: Final = Fraction(67, 100)
+"""Of four qualities a property, less than one rank apart in the mean (which is 2/3)."""
 
 
 class Combine(StrEnum):
@@ -55,8 +57,8 @@ class ReasonerSettings:
     representative : Fraction
         theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
     tolerance : Fraction
-        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 2/3, which
-        says: of the paper's four qualities a property, less than one rank apart in the mean.
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 0.67, less
+        than one rank apart in the mean, of the paper's four qualities a property.
     relevance_tolerance : Fraction
         The same phi for relevant functions; a setting of its own, with the same default. Graded: 0, for
         a function counts by its weight.
@@ -73,6 +75,9 @@ class ReasonerSettings:
         Reason with degrees rather than with what is representative.
     alpha, beta : Fraction
         Of graded tversky: what a lacking and what an extra degree weigh beside a shared one.
+    certainty : Fraction or None
+        Instead of m >= theta, ask for P(m >= theta) >= certainty given what was observed: 1 of 1 object is
+        less sure than 10 of 10. In (0, 1); the paper's rule is without it.
     """
 
     representative: Fraction = _PAPER
@@ -86,6 +91,7 @@ class ReasonerSettings:
     graded: bool = False
     alpha: Fraction = RATIOS[Similarity.TVERSKY][0]
     beta: Fraction = RATIOS[Similarity.TVERSKY][1]
+    certainty: Fraction | None = None
 
     def __post_init__(self) -> None:
         """Fill in what is usual, make thresholds exact and check their ranges."""
@@ -134,6 +140,12 @@ class ReasonerSettings:
             )
         if self.graded and self.combine is not Combine.UNION:
             raise InputError(f"combine {self.combine} is crisp: graded reasoning weighs every function")
+        if self.certainty is not None:
+            object.__setattr__(self, "certainty", exact(self.certainty, "certainty"))
+            if not 0 < self.certainty < 1:
+                raise InputError(f"certainty is {self.certainty}: it lies between 0 and 1, without them")
+            if self.graded:
+                raise InputError(f"certainty {self.certainty} is crisp: graded reasoning has no cut")
         if self.graded and self.representative != _PAPER:
             raise InputError(f"representative {self.representative} is crisp: graded reasoning has no cut")
         for name, usual in zip(("alpha", "beta"), RATIOS[Similarity.TVERSKY], strict=True):
@@ -154,14 +166,14 @@ class Demand:
     layout : Layout
     weights : Weights
         Graded relevance, in whole numbers.
-    degrees, shares : (q,) uint16 arrays
+    degrees, shares : (q,) int32 arrays
         Of the tool itself.
     """
 
     layout: Layout
     weights: Weights
-    degrees: NDArray[np.uint16]
-    shares: NDArray[np.uint16]
+    degrees: NDArray[np.int32]
+    shares: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,8 +246,8 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
                 f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
             )
     physical, functional = in_use(knowledge, settings)
-    bits = knowledge.classes.representative(settings.representative)
-    function_bits = knowledge.functions.representative(settings.representative) & physical
+    bits = typical(knowledge.classes, knowledge, settings)
+    function_bits = typical(knowledge.functions, knowledge, settings) & physical
     return Index(
         bits & (physical | functional),
         physical,
@@ -254,6 +266,17 @@ def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np
     if settings.above_lowest:
         functional &= np.array([quality.rank > 1 for quality in knowledge.qualities], dtype=bool)
     return physical, functional
+
+
+def typical(concepts: Memberships, knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np.bool_]:
+    """Return (c, q): what is representative; by its degree or, with certainty, by its posterior.
+
+    What was never observed is not representative, whatever the prior says of it.
+    """
+    if settings.certainty is None:
+        return concepts.representative(settings.representative)
+    sure = posterior(concepts, knowledge.qualities).at_least(float(settings.representative))
+    return (concepts.counts > 0) & (sure >= float(settings.certainty))
 
 
 def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:

@@ -16,6 +16,7 @@ from ersatz.knowledge.vocabulary import FORMAT
 from ersatz.resources import ONTOLOGY
 from ersatz.service.frames import Job
 from ersatz.service.inspection import RefusedError
+from ersatz.service.scans import ScanFolder
 from ersatz.service.settings import ServiceSettings
 from ersatz.service.workers import Pool
 
@@ -39,6 +40,7 @@ class Service:
             )
         self.kb = kb
         self.settings = settings
+        self.scans = ScanFolder(settings.scans) if settings.scans is not None else None
         self.pool = Pool(kb, settings)
         self._writing = asyncio.Lock()
 

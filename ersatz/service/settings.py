@@ -44,6 +44,8 @@ class ServiceSettings:
         Names the service answers to; empty for any.
     pages : bool
         Whether there are pages beside the endpoint.
+    scans : Path or None
+        Folder of the scans the knowledge base was built from, shown on the pages of individuals.
     """
 
     seconds: float = 20.0
@@ -62,6 +64,7 @@ class ServiceSettings:
     origins: tuple[str, ...] = ()
     hosts: tuple[str, ...] = LOOPBACK
     pages: bool = True
+    scans: Path | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""
