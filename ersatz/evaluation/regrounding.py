@@ -82,15 +82,21 @@ def learn(objects: Objects, settings: SubcategorizationSettings) -> tuple[Qualit
 
 def reground(objects: Objects, qualities: Sequence[Qualities]) -> Knowledge:
     """Return what the reasoner would read of a knowledge base of the objects with these qualities."""
-    held: list[NDArray[np.int8] | NDArray[np.int64]] = []
+    sizes = np.cumsum([len(quality.names) for quality in qualities])[:-1]
+    held = tuple(np.split(held_degrees(objects, qualities), sizes, axis=1))
+    return _knowledge(conceptualize(Attribution(tuple(qualities), objects.of_class, held), objects.classes))
+
+
+def held_degrees(objects: Objects, qualities: Sequence[Qualities]) -> NDArray[np.int64]:
+    """Return (u, q): how far each object holds each quality, in millionths of a degree."""
+    parts = []
     for quality in qualities:
         values = objects.values[quality.property.name]
         known = ~np.isnan(values[:, 0])
         degrees = np.zeros((len(values), len(quality.names)), dtype=np.int64)
         degrees[known] = quality.degrees(values[known])
-        held.append(degrees)
-    attribution = Attribution(tuple(qualities), objects.of_class, tuple(held))
-    return _knowledge(conceptualize(attribution, objects.classes))
+        parts.append(degrees)
+    return np.hstack(parts)
 
 
 def similarities(knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np.float64]:

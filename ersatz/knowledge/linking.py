@@ -67,7 +67,7 @@ def link(knowledge: Iterable[ox.Triple], bridge: str, ontologies: Sequence[Path]
 
 def mappings() -> Iterator[dict[str, str]]:
     """Yield the rows of the SSSOM file, with IRIs for CURIEs."""
-    prefixes, rows = _read_sssom(MAPPINGS)
+    prefixes, rows = read_sssom(MAPPINGS.read_text(encoding="utf-8"))
     for row in rows:
         yield row | {key: _expand(row[key], prefixes) for key in ("subject_id", "predicate_id", "object_id")}
 
@@ -81,7 +81,7 @@ def mapping_triples() -> Iterator[ox.Triple]:
 
 def mappings_as_turtle() -> str:
     """Return the mappings as an ontology of annotations: the content of `ontology/mappings/ersatz.ttl`."""
-    prefixes, rows = _read_sssom(MAPPINGS)
+    prefixes, rows = read_sssom(MAPPINGS.read_text(encoding="utf-8"))
     kept = [row for row in rows if row["predicate_id"].startswith("skos:")]
     used = {row[key].partition(":")[0] for row in kept for key in ("subject_id", "object_id")} | {"skos"}
     lines = [f"@prefix {prefix}: <{prefixes[prefix]}> ." for prefix in sorted(used)]
@@ -97,8 +97,9 @@ def mappings_as_turtle() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _read_sssom(path: Path) -> tuple[dict[str, str], list[dict[str, str]]]:
-    text = path.read_text(encoding="utf-8").splitlines()
+def read_sssom(table: str) -> tuple[dict[str, str], list[dict[str, str]]]:
+    """Return the prefixes and the rows of an SSSOM table."""
+    text = table.splitlines()
     head = [line[1:] for line in text if line.startswith("#")]
     pairs = (line.strip().split(": ", 1) for line in head[head.index("curie_map:") + 1 :])
     prefixes = dict(pairs)

@@ -4,12 +4,9 @@ Every query of `sparql/checks/` finds one kind of fault and is named after it; t
 profiles are among them (`owl_*`). Core SHACL looks at single nodes, HermiT at contradictions.
 """
 
-import os
 import re
-import shutil
-import subprocess
-import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.util import find_spec
@@ -19,15 +16,14 @@ from typing import Any, Final
 import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, MissingDependencyError
+from ersatz.knowledge.contradictions import consistent, explain
 from ersatz.resources import ONTOLOGY, SPARQL
 
 CORE: Final = "https://w3id.org/ersatz"
 """The IRI of the ontology; that of a knowledge base is `CORE + "/kb"`."""
 
-HERMIT_SECONDS: Final = 600
-"""How long HermiT may think before it is stopped."""
-
-_IMPORTS: Final = ox.NamedNode("http://www.w3.org/2002/07/owl#imports")
+SHOWN: Final = 12
+"""Statements of a contradiction that are shown; a minimal one has rarely more than five."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -141,12 +137,13 @@ def check(
     ran = [each.rule for each in chosen]
     skipped = []
     further = [("shapes", shapes)] * (wanted is None) + [("inconsistent", contradictions)] * reason
-    for name, look in further:
-        try:
-            findings.update(look(store))
-            ran.append(name)
-        except MissingDependencyError as error:
-            skipped.append(f"{name}: {error}")
+    with ThreadPoolExecutor() as pool:  # HermiT is a process of its own: the shapes need not wait for it
+        for name, found in [(name, pool.submit(_all, look, store)) for name, look in further]:
+            try:
+                findings.update(found.result())
+                ran.append(name)
+            except MissingDependencyError as error:
+                skipped.append(f"{name}: {error}")
     return Report(tuple(sorted(findings)), tuple(ran), tuple(skipped))
 
 
@@ -198,7 +195,8 @@ def shapes(store: ox.Store) -> Iterator[Finding]:
         data=ox.serialize(_triples(store), format=ox.RdfFormat.N_TRIPLES), format="nt"
     )
     shape_graph = rdflib.Graph().parse(ONTOLOGY / "shapes" / "ersatz.shacl.ttl")
-    _, report, _ = pyshacl.validate(data, shacl_graph=shape_graph, inference="none")
+    # In place: without inference nothing is added, and a copy takes seconds.
+    _, report, _ = pyshacl.validate(data, shacl_graph=shape_graph, inference="none", inplace=True)
     named = {node: shape for shape in shape_graph.subjects(rdflib.RDF.type, rdflib.SH.NodeShape)
              for node in (shape, *shape_graph.objects(shape, rdflib.SH.property))}  # fmt: skip
     for result in report.subjects(rdflib.RDF.type, rdflib.SH.ValidationResult):
@@ -212,60 +210,27 @@ def shapes(store: ox.Store) -> Iterator[Finding]:
 
 
 def contradictions(store: ox.Store) -> Iterator[Finding]:
-    """Yield a finding if HermiT proves that the knowledge base contradicts itself.
+    """Yield a finding if HermiT proves that the knowledge base contradicts itself, with what makes it so.
 
     Raises
     ------
     MissingDependencyError
         If Java is not installed.
     KnowledgeBaseError
-        If HermiT refuses the knowledge base or takes longer than `HERMIT_SECONDS`.
+        If HermiT refuses the knowledge base or takes too long.
     """
-    said = _hermit(store)
-    if "not satisfiable" in said or "nconsistent" in said:
-        yield Finding(
-            "inconsistent",
-            CORE + "/kb",
-            "The knowledge base does not contradict itself. Here: HermiT derives a contradiction",
-            "Open it in Protégé, start HermiT and ask for an explanation; often two disjoint things are one.",
-        )
-
-
-def _hermit(store: ox.Store) -> str:
-    java = shutil.which("java")
-    if java is None:
-        raise MissingDependencyError("no Java found: install a JRE, such as Debian's default-jre-headless")
-    spec = find_spec("owlready2")
-    assert spec is not None
-    assert spec.origin is not None
-    home = Path(spec.origin).parent / "hermit"
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "knowledge.nt"
-        kept = (triple for triple in _triples(store) if triple.predicate != _IMPORTS)
-        ox.serialize(kept, str(file), format=ox.RdfFormat.N_TRIPLES)
-        paths = os.pathsep.join((str(home), str(home / "HermiT.jar")))
-        command = [
-            java,
-            "-Xmx2000M",
-            "-cp",
-            paths,
-            "org.semanticweb.HermiT.cli.CommandLine",
-            "--ignoreUnsupportedDatatypes",
-            "-k",
-            file.as_uri(),
-        ]
-        try:
-            done = subprocess.run(
-                command, capture_output=True, text=True, timeout=HERMIT_SECONDS, check=False
-            )
-        except subprocess.TimeoutExpired:
-            raise KnowledgeBaseError(
-                f"HermiT was stopped after {HERMIT_SECONDS} s without an answer"
-            ) from None
-    said = done.stdout + done.stderr
-    if not re.search(r"satisfiable|nconsistent", said):
-        raise KnowledgeBaseError(f"HermiT refuses the knowledge base: {said.strip().splitlines()[-1:]}")
-    return said
+    if consistent(_triples(store)):
+        return
+    found = explain(_triples(store))
+    shown = [*found.texts()[:SHOWN], *["…"] * (len(found.statements) > SHOWN)]
+    among = "" if found.minimal else f"among {len(found.statements)} statements, narrowed down no further: "
+    yield Finding(
+        "inconsistent",
+        found.entity,
+        "The knowledge base does not contradict itself. Here HermiT proves that these cannot all be true: "
+        f"{among}{' | '.join(shown)}",
+        "Correct or take back one of these; the last are axioms of the ontology, so look at the first.",
+    )
 
 
 def with_ontology(knowledge: Iterable[ox.Triple | ox.Quad]) -> ox.Store:
@@ -296,6 +261,10 @@ def read_into(store: ox.Store, path: Path) -> None:
         raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
     except OSError as error:
         raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
+
+
+def _all(look: Callable[[ox.Store], Iterator[Finding]], store: ox.Store) -> list[Finding]:
+    return list(look(store))
 
 
 def _triples(store: ox.Store) -> Iterator[ox.Triple]:

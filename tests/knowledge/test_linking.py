@@ -1,31 +1,18 @@
-"""Bridges to other ontologies: declared targets, no contradiction, and questions across the border."""
+"""Linking with other ontologies: questions across the border, and what is refused."""
 
 import re
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pyoxigraph as ox
 import pytest
-import rdflib
 
 from ersatz.errors import InputError, UnknownNameError
-from ersatz.knowledge import linking, validation
-from tests.reasoners import ROOT, java, owlapi
+from ersatz.knowledge import linking
+from tests.knowledge.linked import ONTOLOGIES, linked
+from tests.reasoners import ROOT
 
-KITCHEN = ROOT / "ontology" / "examples" / "kitchen.ttl"
 QUESTIONS = sorted((ROOT / "sparql" / "linked").glob("*.rq"))
-ONTOLOGIES = {
-    "cora": ("ieee1872/cora.owl", "ieee1872/cora-bare.owl", "ieee1872/corax.owl", "ieee1872/sumo-cora.owl"),
-    "isaac": ("isaac/hed.owl", "isaac/j87.owl"),
-    "knowrob": ("soma/DUL.owl", "knowrob/knowrob.owl"),
-    "oro": ("oro/oro.owl",),
-    "prov": ("prov/prov-o.ttl",),
-    "soma": ("soma/DUL.owl", "soma/SOMA-HOME.owl"),
-    "sosa": ("ssn/sosa-2017.ttl",),
-}
-UNSATISFIABLE_ALONE = {"Color", "PreferenceOrder", "PreferenceRegion"}
-"""Classes of SOMA that contradict themselves without us."""
 
 # Two bowls, two cereal boxes, ...: the answers can be read off the comments of the kitchen's data.
 BOWLS = ("bowl_01", "bowl_02")
@@ -79,23 +66,6 @@ ANSWERS: dict[str, set[tuple[str, ...]]] = {
 }
 
 
-def store_of(*files: Path) -> ox.Store:
-    store = ox.Store()
-    for file in files:
-        validation.read_into(store, file)
-    return store
-
-
-def triples(store: ox.Store) -> list[ox.Triple]:
-    return [quad.triple for quad in store]
-
-
-@cache
-def linked(bridge: str, data: Path) -> ox.Store:
-    files = [data / "ontologies" / file for file in ONTOLOGIES[bridge]]
-    return linking.link(triples(store_of(KITCHEN)), bridge, files)
-
-
 def local(term: Any) -> str:
     return re.split(r"[#/]", term.value)[-1]
 
@@ -116,72 +86,6 @@ def test_question_across_the_border(question: Path, shared_data: Path) -> None:
     assert {tuple(local(row[name]) for name in names) for row in rows} == ANSWERS[question.stem]
 
 
-@pytest.mark.parametrize("bridge", linking.BRIDGES)
-def test_every_foreign_term_of_a_bridge_is_declared_by_its_owner(bridge: str, shared_data: Path) -> None:
-    ours = store_of(ROOT / "ontology" / "bridges" / f"{bridge}.ttl")
-    foreign = ox.Store()
-    for file in ONTOLOGIES[bridge]:
-        linking._read_foreign(foreign, shared_data / "ontologies" / file)
-    own = ("https://w3id.org/ersatz", "http://www.w3.org/2004/02/skos/core#", "https://spdx.org/")
-    used = {
-        quad.object
-        for quad in ours
-        if isinstance(quad.object, ox.NamedNode)
-        and not quad.object.value.startswith((*own, "http://www.w3.org/2002/"))
-    }
-    assert used
-    assert {term for term in used if not any(foreign.quads_for_pattern(term, None, None))} == set()
-    declared = {quad.subject for quad in ours if quad.predicate.value.endswith("#type")}
-    assert all(term.value.startswith(own) for term in declared if isinstance(term, ox.NamedNode))
-
-
-@pytest.mark.parametrize("bridge", ["soma", "oro", "isaac", "sosa", "cora", "prov"])
-def test_linked_graph_is_consistent(bridge: str, shared_data: Path) -> None:
-    java()
-    assert list(validation.contradictions(linked(bridge, shared_data))) == []
-
-
-def test_aligning_qualities_with_inhering_ones_is_a_contradiction(shared_data: Path) -> None:
-    java()
-    wrong = ox.Store()
-    wrong.extend(linked("soma", shared_data))
-    wrong.update(
-        "PREFIX e: <https://w3id.org/ersatz#> PREFIX soma: <http://www.ease-crc.org/ont/SOMA.owl#>"
-        " PREFIX rdfs: <http://www.w3.org/2000/01/rdf-schema#>"
-        " INSERT DATA { e:PhysicalQuality rdfs:subClassOf soma:PhysicalQuality }"
-    )
-    assert [finding.rule for finding in validation.contradictions(wrong)] == ["inconsistent"]
-
-
-def test_no_individual_is_merged(shared_data: Path) -> None:
-    java()
-    apart = ox.Store()
-    apart.extend(linked("soma", shared_data))
-    apart.update("""
-        PREFIX owl: <http://www.w3.org/2002/07/owl#> PREFIX e: <https://w3id.org/ersatz#>
-        INSERT { ?one owl:differentFrom ?two } WHERE {
-          VALUES ?kind { e:PhysicalQuality e:FunctionalQuality e:ClassModel e:FunctionModel }
-          ?one a ?kind . ?two a ?kind . FILTER(STR(?one) < STR(?two)) }""")
-    assert list(validation.contradictions(apart)) == []
-
-
-@pytest.mark.parametrize("bridge", ["soma", "knowrob"])
-def test_no_class_becomes_unsatisfiable(bridge: str, shared_data: Path, tmp_path: Path) -> None:
-    file = tmp_path / f"{bridge}.nt"
-    ox.serialize(triples(linked(bridge, shared_data)), str(file), format=ox.RdfFormat.N_TRIPLES)
-    said = owlapi([file], "elk")[file.name]
-    assert said["ELK"] == ["true"]
-    assert {local(rdflib.Literal(iri)) for iri in said.get("unsatisfiable", [])} <= UNSATISFIABLE_ALONE
-
-
-@pytest.mark.parametrize("bridge", ["oro", "cora", "isaac", "sosa"])
-def test_our_part_stays_in_the_profile(bridge: str, shared_data: Path, tmp_path: Path) -> None:
-    file = tmp_path / f"{bridge}.nt"
-    ox.serialize(triples(linked(bridge, shared_data)), str(file), format=ox.RdfFormat.N_TRIPLES)
-    said = owlapi([file], "profile")[file.name]
-    assert [line for line in said.get("OWL 2 DL", []) if re.search(r"w3id\.org/ersatz(/kb)?#", line)] == []
-
-
 def test_what_the_knowledge_base_does_not_hold_is_left_out(shared_data: Path) -> None:
     kb = "https://w3id.org/ersatz/kb#"
     graph = linked("soma", shared_data)
@@ -199,31 +103,3 @@ def test_bad_bridges_and_files_are_refused(tmp_path: Path) -> None:
     junk.write_bytes(b"\x00junk")
     with pytest.raises(InputError, match=r"junk\.owl"):
         linking.link([], "soma", [junk])
-
-
-def test_mappings_are_valid_sssom() -> None:
-    pytest.importorskip("sssom")
-    from sssom.parsers import parse_sssom_table
-    from sssom.validators import validate
-
-    found = validate(parse_sssom_table(str(linking.MAPPINGS)), fail_on_error=False)
-    assert [result for report in found.values() for result in report.results] == []
-
-
-def test_mappings_and_their_turtle_agree() -> None:
-    turtle = ROOT / "ontology" / "mappings" / "ersatz.ttl"
-    assert turtle.read_text() == linking.mappings_as_turtle()
-    stated = {
-        t for t in triples(store_of(turtle)) if t.predicate.value.startswith("http://www.w3.org/2004/02/skos")
-    }
-    assert stated == set(linking.mapping_triples())
-    assert len(stated) >= 100
-
-
-def test_axioms_of_mappings_are_in_a_bridge() -> None:
-    bridges = store_of(*sorted((ROOT / "ontology" / "bridges").glob("*.ttl")))
-    axioms = [row for row in linking.mappings() if "rdf-schema" in row["predicate_id"]]
-    assert len(axioms) >= 20
-    for row in axioms:
-        nodes = [ox.NamedNode(row[key]) for key in ("subject_id", "predicate_id", "object_id")]
-        assert any(bridges.quads_for_pattern(*nodes)), row

@@ -52,7 +52,7 @@ class Relay:
         relay, base = self, to.rpartition("/")[0]
 
         class Handler(BaseHTTPRequestHandler):
-            def handle_any(self) -> None:
+            def do_POST(self) -> None:
                 body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
                 relay.posts += self.path.startswith("/store")
                 if last is not None and relay.posts > last:
@@ -72,7 +72,8 @@ class Relay:
                 self.end_headers()
                 self.wfile.write(found)
 
-            do_GET = do_POST = do_DELETE = handle_any
+            def do_DELETE(self) -> None:
+                self.do_POST()
 
             def log_message(self, *_: object) -> None: ...
 
@@ -248,27 +249,26 @@ def test_virtuoso_takes_an_upload_and_updates_with_a_digest_login(guarded: Endpo
 
 
 class Asking(BaseHTTPRequestHandler):
-    """Says yes to who logs in by name, or shows a token; sends others away to another server."""
-
-    elsewhere = ""
+    """Lets in who knows the secret; sends on who asks for that; says what it was told."""
 
     def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))
-        given = self.headers.get("Authorization", "")
-        if self.path == "/moved":
+        self.do_GET()
+
+    def do_GET(self) -> None:
+        told = self.headers.get("Authorization", "nothing")
+        if "?" in self.path:
             self.send_response(302)
-            self.send_header("Location", self.elsewhere)
-        elif self.path == "/show":
-            self.send_response(400, given or "nothing")
-        elif given in ("Basic cm9ib3Q6czNjcmV0", "Bearer t0ken"):
+            self.send_header("Location", self.path.partition("?")[2])
+        elif self.path == "/told":
+            self.send_response(400, told)
+        elif told in ("Basic cm9ib3Q6czNjcmV0", "Bearer t0ken"):
             self.send_response(200)
         else:
             self.send_response(401)
             self.send_header("WWW-Authenticate", 'Basic realm="robots"')
         self.send_header("Content-Length", "0")
         self.end_headers()
-
-    do_GET = do_POST
 
     def log_message(self, *_: object) -> None: ...
 
@@ -284,6 +284,9 @@ def test_a_login_goes_to_its_host_alone(tmp_path: Path, monkeypatch: pytest.Monk
     try:
         for line in ("login robot password s3cret", "password t0ken"):
             send(port, "/", secrets(tmp_path, f"machine 127.0.0.1:{port} {line}"))
+        with pytest.raises(KnowledgeBaseError, match="answered 400 nothing"):
+            file = secrets(tmp_path, f"machine 127.0.0.1:{port} password t0ken")
+            send(port, f"/?http://localhost:{port}/told", file)
         with pytest.raises(KnowledgeBaseError, match="answered 401"):
             send(port, "/", secrets(tmp_path, f"machine 127.0.0.1:{port + 1} login robot password s3cret"))
         monkeypatch.setenv(

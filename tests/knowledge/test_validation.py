@@ -9,6 +9,7 @@ import rdflib
 
 from ersatz.errors import KnowledgeBaseError
 from ersatz.knowledge import validation
+from ersatz.knowledge.contradictions import consistent, explain
 from tests.reasoners import ROOT, java
 
 EXAMPLES = ROOT / "ontology" / "examples"
@@ -308,6 +309,21 @@ CONTRADICTIONS = [
     ("two degrees", "fuzzy", insert("kb:bowl_01__weight-weight_2 ersatz:degree 0.5")),
 ]
 
+EXPLAINED = [
+    (
+        *CONTRADICTIONS[4][1:],
+        "https://w3id.org/ersatz/kb#Bowl__weight_1",
+        {"kb:Bowl__weight_1 ersatz:count 2", "kb:Bowl__weight_1 ersatz:count 2.5",
+         "ersatz:count a owl:FunctionalProperty"},
+    ),
+    (
+        *CONTRADICTIONS[0][1:],
+        "https://w3id.org/ersatz/kb#weight_1",
+        {"kb:weight_1 a ersatz:FunctionalQuality", "kb:weight_1 a ersatz:PhysicalQuality",
+         "ersatz:FunctionalQuality owl:disjointWith ersatz:PhysicalQuality"},
+    ),
+]  # fmt: skip
+
 
 def planted(example: str, update: str) -> ox.Store:
     store = ox.Store()
@@ -352,8 +368,26 @@ def test_shapes_find_planted_fault(_: str, example: str, update: str, rule: str)
 @pytest.mark.parametrize(("_", "example", "update"), CONTRADICTIONS, ids=[f[0] for f in CONTRADICTIONS])
 def test_hermit_finds_contradiction(_: str, example: str, update: str) -> None:
     java()
+    assert not consistent(quad.triple for quad in validation.with_ontology(planted(example, update)))
+
+
+@pytest.mark.parametrize(("example", "update", "entity", "statements"), EXPLAINED, ids=["count", "kind"])
+def test_contradiction_is_named(example: str, update: str, entity: str, statements: set[str]) -> None:
+    java()
     report = validation.check(planted(example, update), reason=True, rules=[])
-    assert [finding.rule for finding in report.findings] == ["inconsistent"]
+    assert [(finding.rule, finding.entity) for finding in report.findings] == [("inconsistent", entity)]
+    said = report.findings[0].message.partition("cannot all be true: ")[2]
+    assert set(said.split(" | ")) == statements
+
+
+def test_contradiction_is_shown_as_far_as_time_allows() -> None:
+    java()
+    store = validation.with_ontology(planted(*CONTRADICTIONS[0][1:]))
+    found = explain((quad.triple for quad in store), seconds=0)
+    assert not found.minimal
+    assert "kb:weight_1 a ersatz:FunctionalQuality" in found.texts()
+    whole = next(text for text in found.texts() if text.startswith("ersatz:FunctionModel rdfs:subClassOf ("))
+    assert "owl:allValuesFrom ersatz:PhysicalQuality" in whole
 
 
 @pytest.mark.parametrize(
