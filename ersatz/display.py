@@ -87,9 +87,10 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
 def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
     """Print what is in doubt, and what to measure, the most telling first."""
     console.print(f"[bold]{escape(wishes.missing)}[/bold] is missing.", highlight=False)
-    sure = Table("", "stands in", "most similar", box=None, pad_edge=False)
+    several = len(wishes.candidates) > 1
+    sure = Table("", "stands in", *(["most similar"] if several else []), box=None, pad_edge=False)
     for one in wishes.candidates[:most]:
-        sure.add_row(escape(one.name), bar(one.accepted), f"{one.best:.2f}")
+        sure.add_row(escape(one.name), bar(one.accepted), *([f"{one.best:.2f}"] if several else []))
     console.print(sure, highlight=False)
     if not wishes.wishes:
         console.print("No measurement is expected to change the decision.")
