@@ -34,6 +34,7 @@ from ersatz.reasoner.relevance import (
     Index,
     ReasonerSettings,
     Relevance,
+    Spacing,
     build_index,
     relevance,
 )
@@ -408,6 +409,7 @@ def settings_json(settings: ReasonerSettings) -> str:
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
         }
+        | ({} if settings.spacing is Spacing.RANK else {"spacing": str(settings.spacing)})
         | ({} if settings.certainty is None else {"certainty": _number(settings.certainty)})
         | (
             {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
