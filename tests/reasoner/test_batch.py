@@ -1,7 +1,9 @@
 """Batches: the same answers as one by one, in all settings."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from ersatz.errors import ErsatzError
 from ersatz.reasoner.batch import rank_many
 from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.similarity import best_first, ratios
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.making import Held
 from tests.reasoner.reference import Options
@@ -43,3 +46,20 @@ def test_bad_input_is_one_clear_error(missing: Sequence[str], top: int, graded: 
     kb = make({"one": ("tray", {"alpha": 1}), "two": ("bowl", {"alpha": 1})})
     with pytest.raises(ErsatzError, match=message):
         rank_many(kb, missing, top=top, settings=ReasonerSettings(graded=graded))
+
+
+@pytest.mark.parametrize("largest", [64, 2047, 1 << 20])
+def test_quotients_order_as_fractions_do(largest: int) -> None:
+    """Also the nearest there are: n/d and its neighbours with denominators as large as allowed."""
+    chance = np.random.default_rng(largest)
+    below = chance.integers(max(largest - 40, 1), largest, 300)
+    above = (below * chance.random(300)).astype(np.int64)
+    pairs = list(zip(above.tolist(), below.tolist(), strict=True))
+    pairs += [(n // 2, d // 2) for n, d in pairs if d % 2 == 0 and n % 2 == 0] + [(0, largest - 1), (1, 1)]
+    numerators, denominators = (np.array(half, dtype=np.int32) for half in zip(*pairs, strict=True))
+    exact = [Fraction(n, d) for n, d in pairs]
+    expected = sorted(range(len(exact)), key=lambda at: (-exact[at], at))
+    similarity = ratios(numerators, denominators)
+    assert similarity.dtype == (np.float32 if largest < 1 << 11 else np.float64)
+    assert best_first(similarity).tolist() == expected
+    assert best_first(similarity, 7).tolist() == expected[:7]
