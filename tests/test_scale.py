@@ -78,7 +78,7 @@ def test_on_a_cluster_of_one_worker(fleet: Fleet) -> None:
 
 def test_on_a_cluster_of_two_workers_one_of_which_is_killed(fleet: Fleet, cluster: Client) -> None:
     processes = cluster.run(os.getpid)
-    killed = []
+    killed: list[int] = []
 
     def kill(stage: str, _: float) -> None:
         if not killed and stage == "assigning and counting":
