@@ -137,6 +137,13 @@ def serve(
         Path | None, typer.Option(help="File with the token, readable by you alone.")
     ] = None,
     seconds: Annotated[float, typer.Option(help="How long one query may take.")] = 20.0,
+    scans: Annotated[
+        Path | None, typer.Option(help="Folder of the scans it was built from, to be seen on its pages.")
+    ] = None,
+    cors: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ORIGIN", help="Web origin whose scripts may read; repeatable, * for all."),
+    ] = None,
 ) -> None:
     """Serve the knowledge base: pages to look into it, and a SPARQL 1.1 endpoint.
 
@@ -151,7 +158,9 @@ def serve(
     if writable != (token_file is not None):
         raise InputError("--writable and --token-file go together: only who has the token may write")
     token = read_token(token_file) if token_file is not None else None
-    settings = ServiceSettings(seconds=seconds, token=token, hosts=hosts_for(host))
+    settings = ServiceSettings(
+        seconds=seconds, token=token, hosts=hosts_for(host), scans=scans, origins=tuple(cors or ())
+    )
     kb = open_kb(location)
     say(f"{kb.location} at http://{host}:{port}/ (SPARQL at /sparql); end with Ctrl-C")
     run(kb, settings, host, port)

@@ -64,6 +64,15 @@ def degree_text(count: int) -> str:
     return f"{whole}.{part:06d}".rstrip("0") if part else str(whole)
 
 
+def rough_text(count: int) -> str:
+    """Return a count kept in millionths as a person reads it: to a hundredth.
+
+    >>> rough_text(3_601_978), rough_text(7_000_000)
+    ('3.6', '7')
+    """
+    return degree_text(round(count, -4))
+
+
 def millionths(count: Decimal) -> int:
     """Return a count as whole millionths.
 

@@ -38,6 +38,8 @@ class Service:
                 f"{place.stem!r} is shipped with ERSATZ and is not written to: "
                 f"`ersatz export {place.stem} ./{place.name}` makes a copy to serve"
             )
+        if settings.writable and kb.location.startswith(("http://", "https://")):
+            raise InputError(f"{kb.location!r} is changed at its own endpoint: serve it without --writable")
         self.kb = kb
         self.settings = settings
         self.scans = ScanFolder(settings.scans) if settings.scans is not None else None

@@ -9,8 +9,8 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.vocabulary import KB
 from ersatz.service.pages.data import is_individual
-from ersatz.service.pages.frame import COLOURS, INK, PATIENCE, card, frame, heading, notice, table
-from ersatz.service.pages.markup import link_to, shown
+from ersatz.service.pages.frame import COLOURS, INK, PATIENCE, card, frame, heading, notice, show, table
+from ersatz.service.pages.markup import link_to, shown, tag
 from ersatz.service.service import Service
 
 MOST: Final = 60
@@ -69,6 +69,7 @@ def _table(picture: "_Picture") -> None:
     def cell(iri: str) -> Any:
         return (shown(iri), link_to("/graph", node=local_name(iri))) if iri.startswith(KB) else shown(iri)
 
+    show(tag("h2", "What is joined by what"))
     table(["from", "by", "to"], [(cell(a), shown(p), cell(b)) for a, p, b in sorted(picture.edges)[:300]])
 
 
@@ -121,12 +122,6 @@ class _Picture:
                     "label": {"show": True, "position": "right", "color": INK, "fontSize": 11},
                     "labelLayout": {"hideOverlap": True},
                     "lineStyle": {"color": INK, "opacity": 0.45},
-                    "edgeLabel": {
-                        "show": len(self.edges) < 24,
-                        "formatter": "{c}",
-                        "color": INK,
-                        "fontSize": 10,
-                    },
                     "edgeSymbol": ["none", "arrow"],
                     "edgeSymbolSize": 6,
                     "data": nodes,

@@ -126,7 +126,10 @@ async def _individual(service: Service, found: _Found) -> None:
     )
     title_line(found.name, found.iri, stand_in)
     properties = sum("again" not in row[0] for row in found.rows)
-    counts = f" with {len(found.rows)} measurements of {properties} properties."
+    counts = (
+        f" with {len(found.rows)} measurement{'s' * (len(found.rows) != 1)}"
+        f" of {properties} propert{'y' if properties == 1 else 'ies'}."
+    )
     kind = link(found.class_name, page_of("class", found.class_iri))
     show(tag("p", "A ", kind, counts, class_="lead"))
     with ui.element("div").classes("two"):

@@ -58,7 +58,7 @@ def link(words: object, to: str, **attributes: object) -> Markup:
     ValueError
         If the address is none of a page, so that no data becomes a script.
     """
-    if not to.startswith(_PLACES):
+    if not to.startswith(_PLACES) or to.startswith("//"):
         raise ValueError(f"{to!r} is no address of a page")
     return tag("a", words, href=to, rel="" if to[0] in "/#" else "noreferrer", **attributes)
 

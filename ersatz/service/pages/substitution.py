@@ -3,23 +3,25 @@
 import json
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from fastapi import Query
 from nicegui import ui
 
 from ersatz.errors import ErsatzError
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
-from ersatz.reasoner.similarity import CRISP
-from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
+from ersatz.reasoner.similarity import CRISP, GRADED
+from ersatz.reasoner.substitution import Ranking, Status
 from ersatz.service.pages.data import individuals, overview
 from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show
 from ersatz.service.pages.markup import joined, link_to, tag
 from ersatz.service.pages.picker import picker
 from ersatz.service.pages.ranking import MOST, answers, as_text, counted
 from ersatz.service.pages.writing import ask_token
-from ersatz.service.rest import remembered
+from ersatz.service.rest import rank, remembered
 from ersatz.service.service import Service
+
+_TUNED: Final = ("representative", "tolerance", "relevance_tolerance", "combine", "similarity")
 
 
 @dataclass(slots=True)
@@ -29,25 +31,27 @@ class View:
     missing: str = ""
     available: list[str] = field(default_factory=list)
     instance: list[str] = field(default_factory=list)
-    representative: str = "0.35"
-    tolerance: str = "0.35"
-    relevance_tolerance: str = "0.35"
-    combine: str = "union"
-    similarity: str = "jaccard"
+    representative: str = ""
+    tolerance: str = ""
+    relevance_tolerance: str = ""
+    combine: str = ""
+    similarity: str = ""
+    graded: bool = False
+    confidence: bool = False
     above_lowest: bool = False
     fallback: bool = False
 
     def settings(self) -> ReasonerSettings:
-        """Return the reasoner's settings."""
+        """Return the reasoner's settings; what is empty is as usual."""
+        given: dict[str, Any] = {name: getattr(self, name) for name in _TUNED if getattr(self, name)}
         return ReasonerSettings(
-            self.representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
-            self.tolerance,  # type: ignore[arg-type]
-            self.relevance_tolerance,  # type: ignore[arg-type]
-            self.combine,  # type: ignore[arg-type]
-            self.similarity,  # type: ignore[arg-type]
-            self.above_lowest,
-            self.fallback,
+            graded=self.graded, above_lowest=self.above_lowest, fallback=self.fallback, **given
         )
+
+    def begin_anew(self) -> None:
+        """Forget what is set for crisp or for graded reasoning: the other has another usual."""
+        for name in _TUNED:
+            setattr(self, name, "")
 
     def link(self) -> str:
         """Return the address of this view; what is as usual is left out."""
@@ -68,16 +72,18 @@ def add(service: Service) -> None:
         missing: str = "",
         available: list[str] = Query(default=[]),  # noqa: B008 # how FastAPI declares it
         instance: list[str] = Query(default=[]),  # noqa: B008
-        representative: str = "0.35",
-        tolerance: str = "0.35",
-        relevance_tolerance: str = "0.35",
-        combine: str = "union",
-        similarity: str = "jaccard",
+        representative: str = "",
+        tolerance: str = "",
+        relevance_tolerance: str = "",
+        combine: str = "",
+        similarity: str = "",
+        graded: bool = False,
+        confidence: bool = False,
         above_lowest: bool = False,
         fallback: bool = False,
     ) -> None:
         view = View(missing, available, instance, representative, tolerance, relevance_tolerance, combine,
-                    similarity, above_lowest, fallback)  # fmt: skip
+                    similarity, graded, confidence, above_lowest, fallback)  # fmt: skip
         await _page(service, view)
 
 
@@ -118,34 +124,53 @@ def _controls(view: View, names: list[str], things: list[str], draw: Callable[[]
         ("Individuals on the table", things, "instance"),
     ):
         bound(picker(label, offered, getattr(view, name), several=True), name, lambda some: list(some or []))
-    for name, label, least in (
-        ("representative", "Typical from θ", 0.05),
-        ("relevance_tolerance", "Function relevant above φ", 0.0),
-        ("tolerance", "Stands in above φ", 0.0),
-    ):
-        _threshold(view, name, label, least, bound)
-    for name, options in (("similarity", list(CRISP)), ("combine", list(Combine))):
-        box = ui.select([one.value for one in options], label=name, value=getattr(view, name))
-        bound(box.props("outlined dense"), name)
+    bound(ui.switch("Say how sure it is", value=view.confidence), "confidence")
+    graded = ui.switch("Graded: reason with degrees", value=view.graded)
+    tuned = ui.element("div")
+    with tuned:
+        _tuned(view, bound)
+
+    async def regrade() -> None:
+        view.graded = graded.value
+        view.begin_anew()
+        tuned.clear()
+        with tuned:
+            _tuned(view, bound)
+        await draw()
+
+    graded.on_value_change(regrade)
     bound(ui.switch("Only functions above the lowest", value=view.above_lowest), "above_lowest")
     bound(ui.switch("With none relevant, compare all", value=view.fallback), "fallback")
 
 
-def _threshold(view: View, name: str, label: str, least: float, bound: Callable[..., Any]) -> None:
+def _tuned(view: View, bound: Callable[..., Any]) -> None:
+    """Draw the settings that differ between crisp and graded reasoning."""
+    try:
+        now = view.settings()
+    except ErsatzError:  # the results say what is wrong
+        now = ReasonerSettings(graded=view.graded)
+    crisp = (("representative", "Typical from θ", 0.05),)
+    for name, label, least in (
+        *(() if view.graded else crisp),
+        ("relevance_tolerance", "Function relevant above φ", 0.0),
+        ("tolerance", "Stands in above φ", 0.0),
+    ):
+        _threshold(float(getattr(now, name)), name, label, least, bound)
+    forms = GRADED if view.graded else CRISP
+    choices = (("similarity", forms, now.similarity), ("combine", tuple(Combine), now.combine))
+    for choice, options, value in choices[: 1 if view.graded else 2]:
+        box = ui.select([one.value for one in options], label=choice, value=value.value)
+        bound(box.props("outlined dense"), choice)
+
+
+def _threshold(value: float, name: str, label: str, least: float, bound: Callable[..., Any]) -> None:
     with ui.element("div").classes("line spread faint"):
         show(tag("span", label))
-        says = ui.label(f"{_number(getattr(view, name)):.2f}")
-    slider = ui.slider(min=least, max=1, step=0.05, value=_number(getattr(view, name)))
+        says = ui.label(f"{value:.2f}")
+    slider = ui.slider(min=least, max=1, step=0.05, value=value)
     slider.props(f'label debounce=150 color=teal-8 aria-label="{label}"')
     slider.on_value_change(lambda: says.set_text(f"{slider.value:.2f}"))
-    bound(slider, name, lambda value: f"{value:g}")
-
-
-def _number(text: str) -> float:
-    try:
-        return min(max(float(text), 0.0), 1.0)
-    except ValueError:
-        return 0.35
+    bound(slider, name, lambda now: f"{now:g}")
 
 
 async def _results(service: Service, view: View) -> None:
@@ -154,12 +179,13 @@ async def _results(service: Service, view: View) -> None:
         return
     try:
         ranking = await service.read(
-            lambda: rank_substitutes(
+            lambda: rank(
                 service.kb,
                 view.missing,
-                view.available or None,
-                instances=view.instance,
-                settings=view.settings(),
+                view.available,
+                view.instance,
+                view.settings(),
+                confidence=view.confidence,
             )
         )
     except (ErsatzError, ValueError) as error:
