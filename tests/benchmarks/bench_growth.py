@@ -194,7 +194,7 @@ def series(cost: str, over: str, unit: str, sizes: Iterable[int], values: Iterab
 
 def measure(*, quick: bool) -> list[Series]:
     """Measure everything."""
-    scale = 1 if quick else 8
+    scale = 1 if quick else 4
     doubling = [1, 2, 4, 8]
     with TemporaryDirectory() as name:
         counted = [5_000 * scale * at for at in doubling]
@@ -284,7 +284,7 @@ def needs(known: dict[tuple[str, str], Series], fleet: Fleet) -> list[tuple[str,
             f"{answers * asked:,.0f} cores",
         ),
         (
-            "time: one writer observes every new object",
+            "time: every new object observed one by one (a writer has one core)",
             f"{change.cost}: {quantity(change.values[-1], 's')} at {change.sizes[-1]:,.0f} instances, "
             f"slope {change.slope:.2f}, not extended; {new / 86_400:,.0f} a second",
             f"{change.values[-1] * new / 86_400:,.1f} cores",
@@ -344,16 +344,23 @@ def figure(found: list[Series], out: Path) -> None:
     mpl.use("Agg")
     mpl.rcParams["svg.hashsalt"] = "ersatz"
     from matplotlib import pyplot as plt
+    from matplotlib.ticker import NullFormatter
 
     groups = list(dict.fromkeys((one.over, one.unit) for one in found))
-    drawing, axes = plt.subplots(1, len(groups), figsize=(3.4 * len(groups), 3.6), layout="constrained")
-    for place, (over, unit) in zip(axes, groups, strict=True):
+    drawing, axes = plt.subplots(
+        2, -(-len(groups) // 2), figsize=(11, 7), layout="constrained", squeeze=False
+    )
+    for place in axes.flat[len(groups) :]:
+        place.axis("off")
+    for place, (over, unit) in zip(axes.flat, groups, strict=False):
         for one in found:
             if (one.over, one.unit) == (over, unit):
                 place.loglog(one.sizes, one.values, "o-", label=f"{one.cost}: {one.slope:.2f}")
         place.set_xlabel(over)
         place.set_ylabel("seconds of processors" if unit == "s" else "bytes")
-        place.legend(fontsize=6)
+        for axis in (place.xaxis, place.yaxis):
+            axis.set_minor_formatter(NullFormatter())
+        place.legend(fontsize=8)
         place.grid(visible=True, which="both", alpha=0.2)
     drawing.savefig(out / "growth.png", dpi=120, metadata={"Software": None})
     drawing.savefig(out / "growth.svg", metadata={"Date": None})
