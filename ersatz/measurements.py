@@ -291,9 +291,9 @@ class Measurements:
         classes_of = [_strings(block.object_class) for block in blocks]
         names_of = [_strings(block.instance) for block in blocks]
         seen_of = [_strings(block.observation) for block in blocks]
-        classes, class_code = np.unique(np.concatenate(classes_of), return_inverse=True)
-        names, name_code = np.unique(np.concatenate(names_of), return_inverse=True)
-        observations, seen_code = np.unique(np.concatenate(seen_of), return_inverse=True)
+        classes, class_code = _coded(classes_of)
+        names, name_code = _coded(names_of)
+        observations, seen_code = _coded(seen_of)
         if classes[0] == "" or names[0] == "":
             raise InputError("empty name: every row needs an object class and an instance")
         sources = tuple(
@@ -380,6 +380,16 @@ def unmeasured(judged: Iterable[Block], measured: Iterable[Block]) -> list[Block
             )
         )
     return kept
+
+
+def _coded(parts: list[Strings]) -> tuple[Strings, NDArray[np.int64]]:
+    """Return the distinct strings of all parts, sorted, and the index of each string.
+
+    The index of first occurrence is asked for because that takes numpy's stable sort: its quicksort of many
+    variable-width strings can end in a segmentation fault (numpy 2.4).
+    """
+    distinct, _, codes = np.unique(np.concatenate(parts), return_index=True, return_inverse=True)
+    return distinct, codes
 
 
 def _strings(names: Sequence[str] | Strings) -> Strings:

@@ -23,9 +23,9 @@ from ersatz.acquisition.sources import (
 from ersatz.acquisition.tables.parts import find_parts, read_batches
 from ersatz.errors import InputError
 from ersatz.grounding.attribution import Attribution, attribute
-from ersatz.grounding.conceptualization import conceptualize
+from ersatz.grounding.conceptualization import DEGREE, conceptualize
 from ersatz.grounding.parts import batch_units, ground_parts
-from ersatz.grounding.subcategorization import SubcategorizationSettings, fit_qualities
+from ersatz.grounding.subcategorization import Qualities, SubcategorizationSettings, fit_qualities
 from ersatz.grounding.summaries import summarize
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge.base import KnowledgeBase, check_target
@@ -211,12 +211,17 @@ def ground_blocks(blocks: Sequence[Block], clusters: int, seed: int) -> Knowledg
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A quality an object holds, and the value it was assigned by, in the property's unit."""
+    """A quality an object holds, and the value it was assigned by, in the property's unit.
+
+    With fuzzy qualities it is the one the value belongs to most, and `degrees` says how far it belongs to
+    this and others: (name, degree above 0), lowest rank first, adding up to 1. Crisp ones have no degrees.
+    """
 
     quality: str
     property: str
     value: tuple[float, ...]
     unit: str
+    degrees: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +251,7 @@ class Grounded:
             "scan": self.scan,
             "held": [
                 {"quality": one.quality, "property": one.property, "value": list(one.value), "unit": one.unit}
+                | ({"degrees": dict(one.degrees)} if one.degrees else {})
                 for one in self.held
             ],
             "classes": [
@@ -325,14 +331,25 @@ def ground_values(
     for qualities in read_qualities(kb):
         name = qualities.property.name
         if name in values:
-            row = qualities.assign(np.round([values[name]], DIGITS))[0]
-            held.append(Held(qualities.names[row], name, values[name], qualities.property.unit))
+            held.append(_held(qualities, values[name]))
     names = [one.quality for one in held]
     return Grounded(
         scan,
         tuple(held),
         nearest_classes(kb, names, settings),
         possible_roles(kb, names, settings),
+    )
+
+
+def _held(qualities: Qualities, value: tuple[float, ...]) -> Held:
+    row = np.round([value], DIGITS)
+    names, degrees = qualities.names, qualities.degrees(row)[0].tolist() if qualities.fuzzy else []
+    return Held(
+        names[qualities.assign(row)[0]],
+        qualities.property.name,
+        value,
+        qualities.property.unit,
+        tuple((name, part / DEGREE) for name, part in zip(names, degrees, strict=False) if part),
     )
 
 

@@ -8,10 +8,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from typing import Any, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 from ersatz.acquisition.extras import distributed
 from ersatz.errors import ErsatzError, InputError
+
+PATIENCE: Final = "10s"
+"""How long a scheduler is given to answer."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -127,7 +130,7 @@ def open_engine(scheduler: str | None) -> Iterator[Engine]:
             yield Cluster(client)
         return
     try:
-        client = dask.Client(scheduler, timeout="10s")
+        client = dask.Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"there is no Dask scheduler at {scheduler!r} ({error}): give an address such as "

@@ -56,6 +56,12 @@ def build(
     keep_going: Annotated[bool, typer.Option("--keep-going", help="Leave broken scans out.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that measure scans.")] = 1,
     clusters: Annotated[int, typer.Option(help="Qualities per property, the paper's eta.")] = 4,
+    fuzzy: Annotated[
+        bool, typer.Option("--fuzzy", help="Let values belong to several qualities, to degrees.")
+    ] = False,
+    fuzzifier: Annotated[
+        float | None, typer.Option(help="With --fuzzy: how soft, from 1 (crisp) to 10; 2 unless given.")
+    ] = None,
     unit: Annotated[Unit, typer.Option(help="What is counted.")] = Unit.INSTANCE,
     representative: Annotated[
         str, typer.Option(help="Threshold of the representative qualities written down.")
@@ -75,16 +81,19 @@ def build(
     Example: ersatz build kb.ttl --tables objects.csv --expert household
     """
     from ersatz.acquisition.sources import AcquisitionSettings
-    from ersatz.grounding.subcategorization import SubcategorizationSettings
+    from ersatz.grounding.subcategorization import USUAL_FUZZIFIER, SubcategorizationSettings
     from ersatz.grounding.units import ObservationUnit
     from ersatz.knowledge.queries import exact
     from ersatz.pipeline import Settings
     from ersatz.pipeline import build as build_kb
     from ersatz.resources import DATA
 
+    if fuzzifier is not None and not fuzzy:
+        raise InputError(f"--fuzzifier {fuzzifier:g} needs --fuzzy: without it qualities are crisp")
+    softness = (USUAL_FUZZIFIER if fuzzifier is None else fuzzifier) if fuzzy else 1.0
     source = DATA / "expert.toml" if expert == SHIPPED_EXPERT else expert
     settings = Settings(
-        SubcategorizationSettings(clusters, seed=seed),
+        SubcategorizationSettings(clusters, seed=seed, fuzzifier=softness),
         ObservationUnit(unit),
         exact(representative, "representative"),
         AcquisitionSettings(seed, shape_concepts, views, paper_selection, keep_going, workers),

@@ -59,6 +59,9 @@ def substitute(
         str | None,
         typer.Option(help="jaccard (default), coverage, tversky; graded: ordinal (default), ruzicka too."),
     ] = None,
+    spacing: Annotated[
+        str, typer.Option(help="Of ordinal: qualities are as far apart as ranks or as centroids.")
+    ] = "rank",
     above_lowest: Annotated[bool, typer.Option(help="Only functions above the lowest degree.")] = False,
     fallback: Annotated[
         bool, typer.Option(help="With no relevant function, compare all that is typical.")
@@ -91,6 +94,7 @@ def substitute(
         "relevance_tolerance": relevance_tolerance,
         "combine": combine,
         "similarity": similarity,
+        "spacing": spacing,
         "certainty": certainty,
         "properties": _properties(properties),
     }

@@ -23,7 +23,7 @@ from ersatz.reasoner.relevance import ReasonerSettings, in_use
 from ersatz.reasoner.representative import Knowledge
 from ersatz.reasoner.sampling import Question
 
-DRAWS: Final = 200
+DRAWS: Final = 100
 
 _Slot: TypeAlias = tuple[int | None, str]
 _Choice: TypeAlias = Callable[[Question, Sequence[_Slot]], _Slot]

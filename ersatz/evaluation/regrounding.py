@@ -129,8 +129,10 @@ def _knowledge(counts: Counts) -> Knowledge:
     for quality in counts.qualities:
         prop = quality.property
         terms += [
-            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank)
-            for rank, name in enumerate(quality.names, 1)
+            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank, tuple(centroid))
+            for rank, (name, centroid) in enumerate(
+                zip(quality.names, quality.centroids.tolist(), strict=True), 1
+            )
         ]
     functions = tuple(term.name for term in terms if term.kind is Kind.FUNCTIONAL)
     row = {name: at for at, name in enumerate(counts.classes)}

@@ -15,10 +15,7 @@ from ersatz.evaluation.agreement import Answer, agree, kendall_tau
 from ersatz.evaluation.regrounding import Objects, learn, reground, similarities
 from ersatz.evaluation.scenarios import Scenario
 from ersatz.grounding.subcategorization import USUAL_FUZZIFIER, Qualities, SubcategorizationSettings
-from ersatz.reasoner.confidence import confidences
-from ersatz.reasoner.relevance import ReasonerSettings
-from ersatz.reasoner.representative import Knowledge
-from ersatz.reasoner.sampling import Question
+from ersatz.reasoner.relevance import ReasonerSettings, Spacing
 from ersatz.reasoner.similarity import Similarity
 
 SAME: Final = 1e-9
@@ -35,35 +32,25 @@ class Variant:
     settings : ReasonerSettings
     fuzzifier : float
         1 is crisp grounding.
-    draws : int
-        0 ranks by the similarity at the observed degrees; else by its mean over so many draws.
     """
 
     label: str
     settings: ReasonerSettings
     fuzzifier: float = 1.0
-    draws: int = 0
-
-    def similarities(self, knowledge: Knowledge) -> NDArray[np.float64]:
-        """Return (c, c): how similar each class (column) is to each missing tool (row)."""
-        if not self.draws:
-            return similarities(knowledge, self.settings)
-        every = np.arange(len(knowledge.classes.names))
-        held = np.zeros((len(every), len(knowledge.qualities)))
-        questions = (Question(knowledge, self.settings, tool, every, held) for tool in every.tolist())
-        return np.array([confidences(question, self.draws).expected for question in questions])
 
 
 _RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
 _ORDINAL: Final = ReasonerSettings(graded=True)
+_SPACED: Final = ReasonerSettings(graded=True, spacing=Spacing.CENTROID)
 
 VARIANTS: Final = (
     Variant("k-means, the paper's rule", ReasonerSettings()),
-    Variant("k-means, the paper's rule, mean of 50 draws", ReasonerSettings(), draws=50),
     Variant("k-means, graded, Ruzicka", _RUZICKA),
     Variant("k-means, graded, ordinal", _ORDINAL),
+    Variant("k-means, graded, ordinal, spaced by centroids", _SPACED),
     Variant("fuzzy, graded, Ruzicka", _RUZICKA, USUAL_FUZZIFIER),
     Variant("fuzzy, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER),
+    Variant("fuzzy, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER),
 )
 
 
@@ -107,7 +94,8 @@ def stability(
     objects: Objects,
     variants: Sequence[Variant] = VARIANTS,
     resamples: int = 100,
-    restarts: int = 10,
+    refits: int = 100,
+    restarts: int = 3,
     progress: Callable[[str, float], None] = lambda _stage, _share: None,
 ) -> tuple[Stability, ...]:
     """Draw the objects again many times and compare every variant's rankings with those of all objects.
@@ -117,6 +105,8 @@ def stability(
     objects : Objects
     variants : sequence of Variant
     resamples : int
+    refits : int
+        In so many of them the qualities are found anew, too; at least 1, and the slower part.
     restarts : int
         Starts of k-means in several dimensions.
     progress : callable
@@ -124,21 +114,19 @@ def stability(
     fuzzifiers = sorted({variant.fuzzifier for variant in variants})
     settings = {m: SubcategorizationSettings(restarts=restarts, fuzzifier=m) for m in fuzzifiers}
     fixed = {m: learn(objects, settings[m]) for m in fuzzifiers}
-    full = {one: one.similarities(reground(objects, fixed[one.fuzzifier])) for one in variants}
-    rows: dict[Variant, list[tuple[float, ...]]] = {variant: [] for variant in variants}
+    full = {one: similarities(reground(objects, fixed[one.fuzzifier]), one.settings) for one in variants}
+    rows: dict[tuple[Variant, bool], list[tuple[float, ...]]] = {}
     for seed in range(resamples):
         progress("objects drawn again", seed / resamples)
         again = objects.resampled(seed)
-        for refitted in (False, True):
+        for refitted in (False, True)[: 1 + (seed < refits)]:
             cuts = {m: learn(again, settings[m]) for m in fuzzifiers} if refitted else fixed
             known = {m: reground(again, cuts[m]) for m in fuzzifiers}
             for one in variants:
-                rows[one].append(_compare(full[one], one.similarities(known[one.fuzzifier])))
-    found = []
-    for variant, each in rows.items():
-        means = [np.mean(each[start::2], axis=0).tolist() for start in (0, 1)]
-        found.append(Stability(variant.label, *means[0], *means[1]))
-    return tuple(found)
+                compared = _compare(full[one], similarities(known[one.fuzzifier], one.settings))
+                rows.setdefault((one, refitted), []).append(compared)
+    means = {key: np.mean(each, axis=0).tolist() for key, each in rows.items()}
+    return tuple(Stability(one.label, *means[one, False], *means[one, True]) for one in variants)
 
 
 def with_agreement(
@@ -153,7 +141,7 @@ def with_agreement(
     for one in variants:
         settings = SubcategorizationSettings(fuzzifier=one.fuzzifier)
         qualities = cuts.setdefault(one.fuzzifier, learn(objects, settings))
-        scores = one.similarities(reground(objects, qualities))
+        scores = similarities(reground(objects, qualities), one.settings)
         values = [agree(s, _answer(scores, objects, s)).value["top1"] or 0.0 for s in scenarios]
         agreed.append(sum(values) / len(values))
     return tuple(replace(one, agreement=mean) for one, mean in zip(found, agreed, strict=True))

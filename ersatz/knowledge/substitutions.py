@@ -11,7 +11,7 @@ from ersatz.knowledge.models import Candidate, Chances, Drawing, SubstitutionMod
 from ersatz.knowledge.names import local_name, snake_iri, snake_name
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.stores import lines_of
-from ersatz.knowledge.terms import decimal, english, finite, integer, iri, text
+from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, text
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -27,7 +27,7 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
     """Yield a substitution model as lines of N-Triples."""
     subject = iri(model.iri)
     tool = local_name(model.missing)
-    yield from _individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
+    yield from individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
     for predicate, value in (
         (v.MISSING_TOOL, _thing(model.missing)),
         (v.THETA, decimal(finite(model.theta))),
@@ -134,7 +134,7 @@ def _candidate_lines(subject: str, model_iri: str, tool: str, candidate: Candida
     node, thing = iri(f"{model_iri}__{name}"), _thing(candidate.iri)
     yield f"{subject} {v.HAS_CANDIDATE} {node} .\n"
     yield f"{subject} {v.SUBSTITUTE if candidate.accepted else v.NON_SUBSTITUTE} {thing} .\n"
-    yield from _individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
+    yield from individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
     yield f"{node} {v.CANDIDATE} {thing} .\n"
     yield f"{node} {v.SIMILARITY} {decimal(candidate.similarity)} .\n"
     yield f'{node} {v.ACCEPTED} "{str(candidate.accepted).lower()}"^^<{v.XSD}boolean> .\n'
@@ -156,12 +156,6 @@ def _thing(name: str) -> str:
     """Return the individual that stands for a candidate: a class's model, or the instance itself."""
     local = local_name(name)
     return iri(f"{v.KB}model_{local}" if local[0].isupper() or not name.startswith(v.KB) else name)
-
-
-def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
-    yield f"{subject} {v.TYPE} {v.NAMED_INDIVIDUAL} .\n"
-    yield f"{subject} {v.TYPE} {type_} .\n"
-    yield f"{subject} {v.LABEL} {english(label)} .\n"
 
 
 def _decimal(value: object) -> Decimal:

@@ -34,6 +34,7 @@ from ersatz.knowledge.terms import (
     degree_text,
     english,
     finite,
+    individual,
     integer,
     iri,
     proportion_text,
@@ -127,7 +128,7 @@ def class_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[str]:
         (v.SUBCLASS_OF, v.OBJECT),
         (v.LABEL, english(label)),
     )
-    yield from _individual(model, v.CLASS_MODEL, f"what is known of {label}")
+    yield from individual(model, v.CLASS_MODEL, f"what is known of {label}")
     yield f"{model} {v.DESCRIBES_CLASS} {concept} .\n"
     yield f"{model} {v.INSTANCE_COUNT} {integer(int(counts.units[row]))} .\n"
     yield from _entries(
@@ -141,7 +142,7 @@ def function_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[st
     if not counts.function_totals[row].any():
         return
     model = iri(f"{v.KB}model_{snake_name(name)}")
-    yield from _individual(model, v.FUNCTION_MODEL, f"what goes with {name}")
+    yield from individual(model, v.FUNCTION_MODEL, f"what goes with {name}")
     yield f"{model} {v.FOR_FUNCTION} {iri(snake_iri(name))} .\n"
     observed, totals = counts.function_counts[row], counts.function_totals[row]
     yield from _entries(model, snake_name(name), name, counts, observed, totals, theta)
@@ -152,9 +153,7 @@ def instance_knowledge(measurements: Measurements, units: Units, attribution: At
     for instance, label in zip(
         measurements.instances.tolist(), measurements.instance_class.tolist(), strict=True
     ):
-        yield from _individual(
-            iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance
-        )
+        yield from individual(iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance)
     columns = {column.property.name: column for column in measurements.columns}
     for quality, held in zip(attribution.qualities, attribution.held, strict=True):
         column = columns.get(quality.property.name)
@@ -243,12 +242,6 @@ def _node(subject: str, *pairs: tuple[object, object]) -> Iterator[str]:
         yield f"{subject} {predicate} {value} .\n"
 
 
-def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
-    yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
-    yield f"{subject} {_TYPE} {type_} .\n"
-    yield f"{subject} {_LABEL} {english(label)} .\n"
-
-
 def _header() -> Iterator[str]:
     yield from _node(
         str(v.KB_ONTOLOGY),
@@ -259,7 +252,7 @@ def _header() -> Iterator[str]:
 
 
 def _build(record: BuildRecord) -> Iterator[str]:
-    yield from _individual(BUILD, v.KNOWLEDGE_BUILD, "the build of this knowledge base")
+    yield from individual(BUILD, v.KNOWLEDGE_BUILD, "the build of this knowledge base")
     yield from _node(
         BUILD,
         (v.FORMAT, integer(v.FORMAT_VERSION)),
@@ -285,7 +278,7 @@ def source_iri(source: Source) -> str:
 def source_lines(source: Source) -> Iterator[str]:
     """Yield a source: its file name, content hash and credit."""
     subject = source_iri(source)
-    yield from _individual(subject, v.SOURCE_CLASS, source.name)
+    yield from individual(subject, v.SOURCE_CLASS, source.name)
     yield f"{subject} {v.FILE_NAME} {text(source.name)} .\n"
     if source.sha256:
         yield f"{subject} {v.SHA256} {text(source.sha256)} .\n"
@@ -296,7 +289,7 @@ def source_lines(source: Source) -> Iterator[str]:
 def _property(prop: Property) -> Iterator[str]:
     subject = iri(snake_iri(prop.name))
     physical = prop.kind is Kind.PHYSICAL
-    yield from _individual(subject, v.PHYSICAL_PROPERTY if physical else v.FUNCTIONAL_PROPERTY, prop.label)
+    yield from individual(subject, v.PHYSICAL_PROPERTY if physical else v.FUNCTIONAL_PROPERTY, prop.label)
     yield f"{subject} {v.UNIT} {text(prop.unit)} .\n"
     for predicate, words in (
         (v.ADJECTIVE, prop.adjective),
@@ -308,7 +301,7 @@ def _property(prop: Property) -> Iterator[str]:
     for position, component in enumerate(prop.components, start=1):
         axis = _axis(prop, component)
         yield f"{subject} {v.HAS_AXIS} {axis} .\n"
-        yield from _individual(axis, v.AXIS, component)
+        yield from individual(axis, v.AXIS, component)
         yield f"{axis} {v.POSITION} {integer(position)} .\n"
 
 
@@ -322,7 +315,7 @@ def _qualities(qualities: Qualities) -> Iterator[str]:
     bounds = (None, *qualities.bounds, None)
     for rank, (name, centroid) in enumerate(zip(qualities.names, qualities.centroids, strict=True), start=1):
         subject = iri(snake_iri(name))
-        yield from _individual(subject, type_, name)
+        yield from individual(subject, type_, name)
         yield f"{subject} {v.QUALITY_OF} {iri(snake_iri(prop.name))} .\n"
         yield f"{subject} {v.RANK} {integer(rank)} .\n"
         yield f"{subject} {v.METHOD} {text(qualities.method)} .\n"
@@ -347,7 +340,7 @@ def _norm(owner: str, prop: Property, norm: NDArray[np.float64]) -> Iterator[str
             value = float(norm[row, column])
             subject = iri(f"{owner}-{snake_name(one)}-{snake_name(other)}")
             yield f"{iri(owner)} {v.HAS_NORM_ELEMENT} {subject} .\n"
-            yield from _individual(subject, v.NORM_ELEMENT, f"{one} by {other} = {value:.4g}")
+            yield from individual(subject, v.NORM_ELEMENT, f"{one} by {other} = {value:.4g}")
             yield f"{subject} {v.ROW_AXIS} {_axis(prop, one)} .\n"
             yield f"{subject} {v.COLUMN_AXIS} {_axis(prop, other)} .\n"
             yield f"{subject} {v.ELEMENT} {decimal(value)} .\n"
@@ -357,7 +350,7 @@ def _coordinates(owner: str, prop: Property, values: Sequence[float]) -> Iterato
     for component, value in zip(prop.components, values, strict=True):
         subject = iri(f"{owner}-{snake_name(component)}")
         yield f"{iri(owner)} {v.HAS_COORDINATE} {subject} .\n"
-        yield from _individual(subject, v.COORDINATE_CLASS, f"{component} = {value:.4g}")
+        yield from individual(subject, v.COORDINATE_CLASS, f"{component} = {value:.4g}")
         yield f"{subject} {v.ON_AXIS} {_axis(prop, component)} .\n"
         yield f"{subject} {v.COORDINATE} {decimal(value)} .\n"
 
@@ -466,7 +459,7 @@ def _assigned(
         name = local_name(quality[1:-1])
         subject = iri(f"{node}-{name}")
         yield f"{iri(node)} {v.HAS_ASSIGNMENT} {subject} .\n"
-        yield from _individual(subject, v.ASSIGNMENT, f"{name} to {degree_text(part)}")
+        yield from individual(subject, v.ASSIGNMENT, f"{name} to {degree_text(part)}")
         yield f"{subject} {v.QUALITY} {quality} .\n"
         yield f"{subject} {v.DEGREE} {degree(part)} .\n"
 
@@ -482,7 +475,7 @@ def _measurement(
     unit = "" if prop.unit == "1" else f" {prop.unit}"
     shown = " x ".join(f"{component:.4g}" for component in value)
     yield f"{iri(instance)} {v.HAS_MEASUREMENT} {subject} .\n"
-    yield from _individual(
+    yield from individual(
         subject, v.MEASUREMENT, f"{prop.label} = {shown}{unit}{f' ({note})' if note else ''}"
     )
     yield f"{subject} {v.MEASURED_PROPERTY} {iri(snake_iri(prop.name))} .\n"

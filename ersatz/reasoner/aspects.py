@@ -32,7 +32,7 @@ class Aspect:
 
     Attributes
     ----------
-    property, adjective : str
+    property : str
     weight : Fraction in [0, 1]
         How much it counts; those of all aspects add up to 1.
     likeness : Fraction in [0, 1]
@@ -45,7 +45,6 @@ class Aspect:
     """
 
     property: str
-    adjective: str
     weight: Fraction
     likeness: Fraction
     observed: bool
@@ -91,11 +90,9 @@ def aspects(comparison: Comparison) -> tuple[Aspect, ...]:
     found = []
     for at in np.flatnonzero(denominators).tolist():
         own = slice(int(starts[at]), int(starts[at] + lengths[at]))
-        first = known.qualities[own.start]
         found.append(
             Aspect(
-                first.property,
-                first.adjective,
+                known.qualities[own.start].property,
                 Fraction(int(denominators[at]), total),
                 Fraction(int(numerators[at]), int(denominators[at])),
                 bool(graded.held.shares[0, own.stop - 1]),

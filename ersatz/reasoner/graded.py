@@ -5,6 +5,7 @@ numbers exactly. All functions broadcast over leading axes (draws, resamples). W
 the crisp formulas; with nothing observed they give 0, never nan.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -25,6 +26,10 @@ ROOM: Final = 2**31 // ONE
 """So many degrees can be added in 32 bits."""
 
 
+SPAN: Final = 1000
+"""The way from the first to the last quality of a property in whole numbers."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
     """Which columns of a degree array are what.
@@ -39,12 +44,16 @@ class Layout:
         First column of every property; its qualities follow by ascending rank.
     columns : (f,) int64 array
         Which quality each function is.
+    gaps : (q,) int64 array, optional
+        How far each quality lies from the next of its property, in parts of `SPAN`, which is the way from
+        the first to the last; without it all are equally far.
     """
 
     physical: NDArray[np.bool_]
     functional: NDArray[np.bool_]
     starts: NDArray[np.int64]
     columns: NDArray[np.int64]
+    gaps: NDArray[np.int64] | None = None
 
     @property
     def lengths(self) -> NDArray[np.int64]:
@@ -182,7 +191,8 @@ def ordinal(
     F are the cumulative shares over the k_p ordered qualities of a property: EMD_p is how many ranks apart
     the two are in the mean (in one dimension that is the least cost of moving one distribution into the
     other), 1 for opposite ends. A property observed of one of the two only counts as the farthest, 1; of
-    neither, it takes no part. Symmetric in tool and candidate.
+    neither, it takes no part. Symmetric in tool and candidate. With `Layout.gaps` a difference counts as far
+    as its qualities lie apart, EMD_p = sum_j gap_j |F_O(j) - F_B(j)|.
 
     Parameters
     ----------
@@ -194,7 +204,8 @@ def ordinal(
     layout : Layout
     """
     steps = np.maximum(layout.lengths - 1, 1).tolist()
-    scale, wide = lcm(*steps), _wide(importance)
+    gaps = np.repeat(lcm(*steps) // np.array(steps), layout.lengths) if layout.gaps is None else layout.gaps
+    scale, wide = lcm(*steps) if layout.gaps is None else SPAN, _wide(importance)
     one = 1.0 if wide.dtype.kind == "f" else ONE
     if int(wide.max(initial=0)) * len(steps) * scale * ONE >= 2**62:  # many different numbers of qualities
         wide = wide.astype(object)
@@ -204,26 +215,28 @@ def ordinal(
         end = start + int(layout.lengths[p]) - 1
         weight = wide[..., p, None]
         mine, theirs = tool[..., end, None] > 0, candidates[..., end] > 0
-        far = _shift(tool[..., start:end], candidates[..., start:end])
+        far = _shift(tool[..., start:end], candidates[..., start:end], gaps[start:end].tolist())
         if mine.all() and theirs.all():
-            apart = apart + weight * (scale // steps[p]) * far
+            apart = apart + weight * far
         else:
             weight = weight * (mine | theirs)
-            apart = apart + weight * np.where(mine & theirs, far * (scale // steps[p]), scale * one)
+            apart = apart + weight * np.where(mine & theirs, far, scale * one)
         total = total + weight * scale * one
     shape = np.broadcast_shapes(apart.shape, total.shape, (*tool.shape[:-1], 1), candidates.shape[:-1])
     apart, total = np.broadcast_to(apart, shape), np.broadcast_to(total, shape)
     return np.where(total > 0, np.maximum(total - apart, 0), 0), np.where(total > 0, total, 1)
 
 
-def _shift(tool: Degrees, candidates: Degrees) -> Degrees:
-    """Return (..., c): the sum of the differences of cumulative shares, (..., k) and (..., c, k)."""
+def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int]) -> Degrees:
+    """Return (..., c): the differences of cumulative shares, (..., k) and (..., c, k), times the k gaps."""
     shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1])
-    far = np.zeros(shape, _sum_type(candidates))
-    for at in range(tool.shape[-1]):
+    even = len(set(gaps)) == 1  # then they are multiplied once: the usual case, and the quickest
+    far = np.zeros(shape, _sum_type(candidates) if even else _wide(candidates).dtype)
+    for at, gap in enumerate(gaps):
         apart = candidates[..., at] - tool[..., at, None].astype(candidates.dtype)
-        far += np.abs(apart, out=apart)
-    return far
+        np.abs(apart, out=apart)
+        far += apart if even else gap * apart.astype(far.dtype)
+    return gaps[0] * _wide(far) if even else far
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:

@@ -134,7 +134,7 @@ def _read_all(kb: KnowledgeBase) -> Knowledge:
 
 def _read_qualities(kb: KnowledgeBase) -> tuple[QualityTerm, ...]:
     kinds = {row["property"]: row for row in kb.ask("properties")}
-    qualities = []
+    qualities, vectors = [], _vectors(kb)
     for row in kb.ask("qualities"):
         prop = kinds[row["property"]]
         qualities.append(
@@ -145,9 +145,18 @@ def _read_qualities(kb: KnowledgeBase) -> tuple[QualityTerm, ...]:
                 str(prop["adjective"] or ""),
                 Kind(str(prop["kind"])),
                 int(row["rank"]) if isinstance(row["rank"], int) else 0,
+                vectors.get(str(row["quality"])) or (float(str(row["centroid"])),),
             )
         )
     return tuple(sorted(qualities, key=lambda quality: (quality.property, quality.rank)))
+
+
+def _vectors(kb: KnowledgeBase) -> dict[str, tuple[float, ...]]:
+    """Return the centroids of the qualities of vector-valued properties."""
+    found: dict[str, dict[int, float]] = {}
+    for row in kb.ask("quality_coordinates"):
+        found.setdefault(str(row["quality"]), {})[int(str(row["position"]))] = float(str(row["coordinate"]))
+    return {quality: tuple(of[at] for at in sorted(of)) for quality, of in found.items()}
 
 
 def _read(kb: KnowledgeBase, text: str, qualities: Iterable[QualityTerm]) -> Read:

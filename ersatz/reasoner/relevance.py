@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from itertools import groupby
 from typing import Final, cast
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
-from ersatz.reasoner.graded import Layout, Weights
+from ersatz.reasoner.graded import SPAN, Layout, Weights
 from ersatz.reasoner.posterior import posterior
 from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import CRISP, GRADED, RATIOS, Similarity, above, compare
@@ -46,6 +47,17 @@ class Combine(StrEnum):
     INTERSECTION = "intersection"
 
 
+class Spacing(StrEnum):
+    """How far apart the qualities of a property are, where their order counts.
+
+    - rank: each as far from the next as any other.
+    - centroid: as far as their centroids; of vectors, along the way from one to the next.
+    """
+
+    RANK = "rank"
+    CENTROID = "centroid"
+
+
 @dataclass(frozen=True, slots=True)
 class ReasonerSettings:
     """How substitutes are found.
@@ -75,6 +87,8 @@ class ReasonerSettings:
         Reason with degrees rather than with what is representative.
     alpha, beta : Fraction
         Of graded tversky: what a lacking and what an extra degree weigh beside a shared one.
+    spacing : Spacing
+        Of ordinal: how far apart two qualities of a property are.
     certainty : Fraction or None
         Instead of m >= theta, ask for P(m >= theta) >= certainty given what was observed: 1 of 1 object is
         less sure than 10 of 10. In (0, 1); the paper's rule is without it.
@@ -91,6 +105,7 @@ class ReasonerSettings:
     graded: bool = False
     alpha: Fraction = RATIOS[Similarity.TVERSKY][0]
     beta: Fraction = RATIOS[Similarity.TVERSKY][1]
+    spacing: Spacing = Spacing.RANK
     certainty: Fraction | None = None
 
     def __post_init__(self) -> None:
@@ -104,7 +119,8 @@ class ReasonerSettings:
             raise InputError(
                 "representative is 0: every quality ever observed would be typical; give more than 0"
             )
-        for name, options in (("combine", Combine), ("similarity", Similarity)):
+        kinds = ("combine", Combine), ("similarity", Similarity), ("spacing", Spacing)
+        for name, options in kinds:
             try:
                 object.__setattr__(self, name, options(getattr(self, name)))
             except ValueError:
@@ -148,6 +164,8 @@ class ReasonerSettings:
                 raise InputError(f"certainty {self.certainty} is crisp: graded reasoning has no cut")
         if self.graded and self.representative != _PAPER:
             raise InputError(f"representative {self.representative} is crisp: graded reasoning has no cut")
+        if self.spacing is not Spacing.RANK and self.similarity is not Similarity.ORDINAL:
+            raise InputError(f"spacing {self.spacing} is of ordinal similarity only: leave it out")
         for name, usual in zip(("alpha", "beta"), RATIOS[Similarity.TVERSKY], strict=True):
             object.__setattr__(self, name, exact(getattr(self, name), name))
             value = getattr(self, name)
@@ -286,7 +304,21 @@ def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
     starts = [at for at, name in enumerate(names) if at == 0 or name != names[at - 1]]
     position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
     columns = [position[iri] for iri in knowledge.functions.iris]
-    return Layout(physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64))
+    gaps = _gaps(knowledge) if settings.spacing is Spacing.CENTROID else None
+    return Layout(
+        physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64), gaps
+    )
+
+
+def _gaps(knowledge: Knowledge) -> NDArray[np.int64]:
+    """Return `Layout.gaps` from the centroids; whole numbers that add up to `SPAN` over a property."""
+    gaps = []
+    for _, group in groupby(knowledge.qualities, key=lambda quality: quality.property):
+        centroids = np.array([quality.centroid for quality in group])
+        way = np.linalg.norm(np.diff(centroids, axis=0), axis=1).cumsum()
+        places = np.rint(SPAN * way / way[-1]).astype(np.int64) if len(way) else way.astype(np.int64)
+        gaps += [*np.diff(places, prepend=0).tolist(), 0]
+    return np.array(gaps, dtype=np.int64)
 
 
 def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:

@@ -30,6 +30,8 @@ class QualityTerm:
     adjective: str
     kind: Kind
     rank: int
+    centroid: tuple[float, ...] = ()
+    """In the property's unit; empty where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -108,9 +108,13 @@ def to_arrays(known: Knowledge, theta: Fraction) -> tuple[dict[str, NDArray[Any]
     return arrays, {"theta": str(theta), "qualities": [asdict(quality) for quality in known.qualities]}
 
 
+def _quality(kept: Mapping[str, Any]) -> QualityTerm:
+    return QualityTerm(**{**kept, "kind": Kind(kept["kind"]), "centroid": tuple(kept.get("centroid", ()))})
+
+
 def from_arrays(arrays: Mapping[str, NDArray[Any]], about: Any) -> Knowledge:
     """Return the knowledge that was kept."""
-    qualities = tuple(QualityTerm(**one | {"kind": Kind(one["kind"])}) for one in about["qualities"])
+    qualities = tuple(_quality(one) for one in about["qualities"])
     functions = [quality for quality in qualities if quality.kind is Kind.FUNCTIONAL]
     names = Texts(arrays["names"], arrays["name_ends"])
     iris = Texts(arrays["iris"], arrays["iri_ends"])

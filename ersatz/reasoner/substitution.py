@@ -34,12 +34,13 @@ from ersatz.reasoner.relevance import (
     Index,
     ReasonerSettings,
     Relevance,
+    Spacing,
     build_index,
     relevance,
 )
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
-from ersatz.reasoner.similarity import compare
+from ersatz.reasoner.similarity import best_first, compare, ratios
 
 
 class Status(StrEnum):
@@ -408,6 +409,7 @@ def settings_json(settings: ReasonerSettings) -> str:
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
         }
+        | ({} if settings.spacing is Spacing.RANK else {"spacing": str(settings.spacing)})
         | ({} if settings.certainty is None else {"certainty": _number(settings.certainty)})
         | (
             {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
@@ -443,7 +445,7 @@ def _rank(
     reused: bool,
 ) -> Ranking:
     numerators, denominators = _compared(settings, found, candidates)
-    similarity = (numerators / denominators).astype(np.float64, copy=False)
+    similarity = ratios(numerators, denominators)
     similarity[candidates.rows == known.row_of_class[iri]] = -1.0
     return Ranking(
         known.classes.names[known.row_of_class[iri]],
@@ -455,7 +457,7 @@ def _rank(
         known,
         found,
         candidates,
-        _best_first(similarity, top),
+        best_first(similarity, top),
         numerators,
         denominators,
     )
@@ -474,18 +476,6 @@ def _strongest(names: Sequence[str], weights: Sequence[int]) -> dict[str, float]
     """Return the weights above 0 in [0, 1], the largest first."""
     pairs = sorted(zip(names, weights, strict=True), key=lambda pair: -pair[1])
     return {name: round(weight / ONE, 6) for name, weight in pairs if weight}
-
-
-def _best_first(similarity: NDArray[np.float64], top: int | None) -> NDArray[np.int64]:
-    """Return the rows of the most similar candidates, the tool left out (-1); of equal ones the first."""
-    if top is None or top >= len(similarity):
-        order = np.argsort(-similarity, kind="stable")
-        return order[similarity[order] >= 0][:top]
-    least = np.partition(similarity, -top)[-top]
-    better = np.flatnonzero(similarity > least)
-    equal = np.flatnonzero(similarity == least)
-    best = better[np.argsort(-similarity[better], kind="stable")]
-    return np.concatenate([best, equal[: top - len(best)]])
 
 
 def _recall(

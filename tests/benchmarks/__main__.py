@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import tests.benchmarks
 from tests.benchmarks.measuring import Row, versions
-from tests.conftest import ROOT
+from tests.readme import put
 
 BEGIN: Final = "<!-- how fast -->"
 END: Final = "<!-- end of how fast -->"
@@ -88,16 +88,6 @@ def time_text(times: tuple[float, ...]) -> str:
     return f"{middle * 1e6:.3g} µs"
 
 
-def into_readme(table: str) -> None:
-    """Put the table into its place in the README."""
-    path = ROOT / "README.md"
-    before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    if not begin or not after:
-        sys.exit(f"the README has no place for the table: write {BEGIN} and {END}")
-    path.write_text(f"{before}{BEGIN}\n{table}{END}{after}", encoding="utf-8")
-
-
 def _line(row: Row) -> str:
     ratio, spread = row.ratio, row.spread
     found = f"{ratio:.3g} ({spread[0]:.2g}–{spread[1]:.2g})" if ratio and spread else row.note
@@ -137,7 +127,7 @@ def main() -> None:
             (options.out / "benchmarks.json").write_text(text + "\n", encoding="utf-8")
     print(markdown(rows), end="", flush=True)
     if options.readme:
-        into_readme(markdown(rows))
+        put(markdown(rows), BEGIN, END)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,8 @@ from ersatz.evaluation.report import markdown_table, write
 from ersatz.evaluation.scenarios import load_scenarios
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.pipeline import ground_blocks
-from tests.conftest import DATA, ROOT
+from tests.conftest import DATA
+from tests.readme import put
 
 BEGIN, END = "<!-- methods on the benchmark -->", "<!-- end of methods -->"
 STEPS = "<!-- steps of the rule -->", "<!-- end of steps -->"
@@ -61,16 +62,6 @@ def methods(out: Path | None, workers: int) -> str:
     if out:
         write(results, out)
     return markdown_table(results)
-
-
-def put(table: str, start: str, end: str) -> None:
-    """Write a table into the README, between its two marks."""
-    path = ROOT / "README.md"
-    before, begin, rest = path.read_text(encoding="utf-8").partition(start)
-    after = rest.partition(end)[2]
-    if not begin or not after:
-        sys.exit(f"the README has no place for the table: write {start} and {end}")
-    path.write_text(f"{before}{start}\n{table}{end}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

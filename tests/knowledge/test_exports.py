@@ -3,6 +3,8 @@
 import io
 import json
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +57,38 @@ def test_knowrob_reads_every_membership_with_its_confidence() -> None:
     assert len(answers) == len(accepted) > 10
     assert all((answer, KNOWROB.isOccasional, None) not in exported for answer in answers)
     assert KNOWROB.ReifiedRelation in set(exported.objects(None, rdflib.RDFS.subClassOf))
+
+
+@pytest.fixture(scope="module")
+def knowrob_export(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The kitchen as `ersatz export --to knowrob` writes it."""
+    file = tmp_path_factory.mktemp("knowrob") / "kitchen.owl"
+    ox.serialize(exports.knowrob(triples(KITCHEN)), str(file), format=ox.RdfFormat.RDF_XML)
+    return file
+
+
+def run(program: str, *arguments: str) -> list[str]:
+    """Run what KnowRob builds on, or skip; the lines it prints."""
+    found = shutil.which(program)
+    if found is None:
+        pytest.skip(f"no {program}: Debian's swi-prolog-nox and raptor2-utils read RDF as KnowRob does")
+    done = subprocess.run([found, *arguments], capture_output=True, text=True, check=True, timeout=60)
+    return done.stdout.splitlines()
+
+
+def test_prolog_loads_the_knowrob_export(knowrob_export: Path) -> None:
+    count, *relations = run("swipl", "-q", str(Path(__file__).with_name("knowrob.pl")), str(knowrob_export))
+    exported = graph(triples(knowrob_export))
+    assert int(count) == len(exported)
+    kb = "https://w3id.org/ersatz/kb#"
+    assert f"['{kb}Plate','{kb}rigidity_2','1']" in relations
+    assert len(relations) == len(list(exported.subjects(KNOWROB.hasConfidence))) > 50
+
+
+def test_raptor_reads_the_knowrob_export(knowrob_export: Path) -> None:
+    """KnowRob 2's own parser."""
+    lines = run("rapper", "--quiet", "--output", "ntriples", str(knowrob_export))
+    assert len(lines) == len(graph(triples(knowrob_export)))
 
 
 def test_knowrob_settings_name_the_file() -> None:

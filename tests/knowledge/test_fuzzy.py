@@ -136,7 +136,7 @@ def test_rocs_fuzzy_passes_every_check(shared_data: Path) -> None:
     )
     assert '"fuzzifier": 2.0' in kb.build.settings
     assert {q.method for q in read_qualities(kb)} == {"fuzzy c-means", "Gustafson-Kessel"}
-    rules = [each.rule for each in validation.checks()]
+    rules = [each.rule for each in validation.checks()]  # shapes are as slow as they are many
     assert validation.check(kb.triples(), rules=rules).findings == ()
     ranking = rank_substitutes(kb, missing="plate")
     assert len(ranking) in (0, len(kb.ask("classes")) - 1)

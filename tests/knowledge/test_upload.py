@@ -2,12 +2,15 @@
 
 import threading
 from collections.abc import Iterator
+from functools import cache
+from hashlib import sha256
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.error import URLError
 from urllib.parse import quote, urlsplit
 from urllib.request import Request, urlopen
 
+import polars as pl
 import pytest
 
 from ersatz.errors import InputError, KnowledgeBaseError
@@ -18,7 +21,8 @@ from ersatz.knowledge.upload import UploadSettings, upload
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.cli import Shell
 from tests.knowledge.endpoints import Endpoint, oxigraph, virtuoso
-from tests.knowledge.tools import facts_of, lines_of, small
+from tests.knowledge.tools import facts_of, lines_of
+from tests.knowledge.tools import small as built
 
 SETTINGS = UploadSettings(piece=40)
 
@@ -33,6 +37,16 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Endpoint]:
 def url(server: Endpoint, request: pytest.FixtureRequest) -> str:
     """The URL of a graph of this test's own."""
     return reading(server, f"urn:{request.node.name}")
+
+
+@cache
+def once() -> tuple[str, ...]:
+    return tuple(line for line in lines_of(built()) if "#revision>" not in line)
+
+
+def small() -> KnowledgeBase:
+    """A copy of the small knowledge base, of this test's own."""
+    return KnowledgeBase.create(once())
 
 
 def reading(server: Endpoint, graph: str) -> str:
@@ -315,3 +329,17 @@ def test_bad_credentials_are_one_clear_error(tmp_path: Path, line: str, mode: in
     with pytest.raises(InputError, match=message) as error:
         Login.find("http://127.0.0.1/", file)
     assert "s3cret" not in str(error.value)
+
+
+def test_classes_alone_name_the_table_they_were_counted_in(ersatz: Shell, tmp_path: Path) -> None:
+    table = tmp_path / "objects.parquet"
+    pl.DataFrame(
+        {"object_class": ["tray", "plate"], "instance": ["tray 1", "plate 1"], "weight [kg]": [0.8, 0.4]}
+    ).write_parquet(table)
+    assert ersatz("build", tmp_path / "kb", "--tables", table, "--classes-only").code == 0
+    with KnowledgeBase.open(tmp_path / "kb") as kb:
+        assert [(row["file"], row["sha256"]) for row in kb.ask("sources")] == [
+            ("objects.parquet", sha256(table.read_bytes()).hexdigest())
+        ]
+        assert kb.known_names("instance") == []
+        assert len(kb.known_names("class")) == 2

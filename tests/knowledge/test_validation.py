@@ -163,7 +163,7 @@ FAULTS = [
      "wrong_assignment", "bowl_01__weight-weight_2"),
     ("two degrees of one quality", "fuzzy",
      replace("kb:bowl_02__weight-weight_2", "ersatz:quality", "kb:weight_1"),
-     "wrong_assignment", "bowl_02__weight-weight_2"),
+     "wrong_assignment", "bowl_02__weight"),
     ("degree lost", "fuzzy", delete("kb:coffee_mug_01__weight-weight_2 ?p ?o") + " ; "
      + delete("?m ersatz:hasAssignment kb:coffee_mug_01__weight-weight_2"),
      "degrees_short_of_one", "coffee_mug_01__weight"),

@@ -18,6 +18,7 @@ from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.representative import Memberships
 from ersatz.reasoner.similarity import GRADED, Similarity
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
+from tests.knowledge.tools import small
 from tests.making import Held
 from tests.reasoner.test_reference import settings_of
 from tests.reasoner.test_substitution import HELD, plain
@@ -186,6 +187,19 @@ def test_an_instance_is_judged_by_the_degrees_it_holds() -> None:
         ("alpha_3", 10**6, 10**6),
         ("beta_2", 10**6, 10**6),
     ]
+
+
+def test_a_fuzzy_instance_is_judged_by_its_degrees_and_not_by_the_best_of_them() -> None:
+    kb = small(fuzzifier=2.0)
+    rows = kb.ask("instance_memberships", instances=["plate 2"])
+    held = {str(row["quality"]).rpartition("#")[2]: Fraction(str(row["count"])) for row in rows}
+    assert any(0 < degree < 1 for degree in held.values())
+    (found,) = rank_substitutes(kb, "tray", instances=["plate 2"], settings=RUZICKA)
+    told = {one.quality: Fraction(one.count, 10**6) for one in (*found.shared, *found.extra)}
+    for quality, degree in told.items():
+        assert abs(degree - held[quality]) < Fraction(1, 50_000)
+    (wholly,) = rank_substitutes(kb, "tray", instances=["plate 2"])
+    assert {one.count for one in wholly.shared} <= {10**6}
 
 
 def test_remembered_graded_answers_are_not_those_of_other_settings() -> None:
