@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ersatz.measurements import Kind, Measurements, Origin, Property, Source
     from ersatz.pipeline import Settings, build
     from ersatz.reasoner.asking import ask_for_more
+    from ersatz.reasoner.batch import Batch, rank_many
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.representative import class_model, function_model
     from ersatz.reasoner.substitution import Ranking, Substitute, rank_substitutes
@@ -32,6 +33,8 @@ _HOMES: Final = {
     "ClassModel": "knowledge.models",
     "FunctionModel": "knowledge.models",
     "SubstitutionModel": "knowledge.models",
+    "Batch": "reasoner.batch",
+    "rank_many": "reasoner.batch",
     "ReasonerSettings": "reasoner.relevance",
     "class_model": "reasoner.representative",
     "function_model": "reasoner.representative",
@@ -44,6 +47,7 @@ _HOMES: Final = {
 }
 
 __all__ = [
+    "Batch",
     "ClassModel",
     "ErsatzError",
     "ErsatzWarning",
@@ -63,6 +67,7 @@ __all__ = [
     "build",
     "class_model",
     "function_model",
+    "rank_many",
     "rank_substitutes",
 ]
 

@@ -12,7 +12,7 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import Answer, Query, Value
-from ersatz.knowledge.terms import degree_text
+from ersatz.knowledge.terms import rough_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
 from ersatz.reasoner.substitution import Ranking, Status
@@ -26,6 +26,10 @@ BAR = 10
 """Characters of a full bar."""
 
 
+MINOR = 0.05
+"""Weights below are not shown."""
+
+
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
     """Print which things stand in for the missing tool, and why."""
     settings = ranking.settings
@@ -36,9 +40,13 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
             "--fallback compares with all that is typical of it."
         )
         return
-    if ranking.relevant_functional:
+    if settings.graded:
+        _show_weights(console, ranking)
+    elif ranking.relevant_functional:
         console.print(f"What it is for: {', '.join(ranking.relevant_functional)}", highlight=False)
-    console.print(f"What counts:    {', '.join(ranking.relevant_physical) or 'nothing'}", highlight=False)
+    if not settings.graded:
+        counts = ", ".join(ranking.relevant_physical) or "nothing"
+        console.print(f"What counts:    {counts}", highlight=False)
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 1, 0))
     for _ in range(3):
         table.add_column(no_wrap=True)
@@ -53,6 +61,27 @@ def show_ranking(console: Console, ranking: Ranking, most: int | None = None) ->
         console.print(f"  … and {len(ranking) - most} more", style="dim")
     if ranking.reused:
         console.print("Remembered from an earlier question.", style="dim")
+
+
+def _show_weights(console: Console, ranking: Ranking) -> None:
+    """Print how relevant functions and properties are, and which functions make a property relevant."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for _ in range(3):
+        table.add_column(no_wrap=True)
+    table.add_column(ratio=1, no_wrap=True, style="dim")
+    title = "What it is for"
+    for name, weight in ranking.weights()["functions"].items():
+        if weight >= MINOR:
+            table.add_row(title, name, bar(weight))
+            title = ""
+    title = "What counts"
+    for one in ranking.property_weights:
+        if one.weight >= MINOR:
+            behind = ", ".join(f"{name} {share:.2f}" for name, share in one.functions[:3])
+            table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
+            title = ""
+    console.print(table, highlight=False)
+    console.print(f"How alike: {ranking.settings.similarity}\n", highlight=False)
 
 
 def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
@@ -79,7 +108,8 @@ def show_grounded(console: Console, grounded: "Grounded", most: int = 5) -> None
     held = Table("property", "quality", "value", "unit", box=None, pad_edge=False)
     for one in grounded.held:
         unit = "" if one.unit == "1" else one.unit
-        held.add_row(one.property, one.quality, " x ".join(f"{value:.3g}" for value in one.value), unit)
+        quality = ", ".join(f"{name} {degree:.2f}" for name, degree in one.degrees) or one.quality
+        held.add_row(one.property, quality, " x ".join(f"{value:.3g}" for value in one.value), unit)
     console.print(f"[bold]{escape(grounded.scan)}[/bold]", held, highlight=False)
     likes = Table("like", "", box=None, pad_edge=False)
     for like in grounded.classes[:most]:
@@ -116,7 +146,7 @@ def show_thing(console: Console, kb: KnowledgeBase, name: str) -> None:
         console.print(f"known from {model.instances}", highlight=False)
         console.print(_entries(model.entries))
     elif kind == "instance":
-        console.print(answer_table(kb.ask("instance_qualities", instances=[iri])))
+        console.print(_held(kb, iri))
         console.print(answer_table(kb.ask("instance_measurements", instance=iri)))
     elif kind == "property":
         rows = [row for row in kb.ask("qualities") if row["property"] == iri]
@@ -180,12 +210,23 @@ def bar(share: float) -> Text:
     return Text.assemble((f"{share:.2f} ", "bold"), ("█" * full, "cyan"), ("░" * (BAR - full), "dim"))
 
 
+def _held(kb: KnowledgeBase, instance: str) -> Table:
+    """Return what an instance holds and, where that is not all or nothing, how far."""
+    rows = kb.ask("instance_memberships", instances=[instance])
+    if all(row["count"] == row["total"] for row in rows):
+        return answer_table(kb.ask("instance_qualities", instances=[instance]))
+    table = Table("quality", "degree", box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(shown(row["quality"]), bar(float(str(row["count"])) / float(str(row["total"]))))
+    return table
+
+
 def _entries(entries: Sequence[Entry]) -> Table:
     table = Table("property", "quality", "degree", "observed", box=None, pad_edge=False)
     previous = ""
     for entry in entries:
         name = entry.property if entry.property != previous else ""
         previous = entry.property
-        observed = f"{degree_text(entry.count)} of {degree_text(entry.total)}"
+        observed = f"{rough_text(entry.count)} of {rough_text(entry.total)}"
         table.add_row(name, entry.quality, bar(float(entry.proportion)), observed)
     return table

@@ -5,7 +5,7 @@ origin, source). Missing values are absent rows. Nothing here knows how a value 
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final, TypeAlias
@@ -291,9 +291,9 @@ class Measurements:
         classes_of = [_strings(block.object_class) for block in blocks]
         names_of = [_strings(block.instance) for block in blocks]
         seen_of = [_strings(block.observation) for block in blocks]
-        classes, class_code = np.unique(np.concatenate(classes_of), return_inverse=True)
-        names, name_code = np.unique(np.concatenate(names_of), return_inverse=True)
-        observations, seen_code = np.unique(np.concatenate(seen_of), return_inverse=True)
+        classes, class_code = _coded(classes_of)
+        names, name_code = _coded(names_of)
+        observations, seen_code = _coded(seen_of)
         if classes[0] == "" or names[0] == "":
             raise InputError("empty name: every row needs an object class and an instance")
         sources = tuple(
@@ -382,6 +382,16 @@ def unmeasured(judged: Iterable[Block], measured: Iterable[Block]) -> list[Block
     return kept
 
 
+def _coded(parts: list[Strings]) -> tuple[Strings, NDArray[np.int64]]:
+    """Return the distinct strings of all parts, sorted, and the index of each string.
+
+    The index of first occurrence is asked for because that takes numpy's stable sort: its quicksort of many
+    variable-width strings can end in a segmentation fault (numpy 2.4).
+    """
+    distinct, _, codes = np.unique(np.concatenate(parts), return_index=True, return_inverse=True)
+    return distinct, codes
+
+
 def _strings(names: Sequence[str] | Strings) -> Strings:
     return np.asarray(names, dtype=np.dtypes.StringDType())
 
@@ -400,44 +410,95 @@ def _column(
             raise InputError(
                 f"property {prop.name!r} comes with two definitions: {prop} and {block.property}"
             )
-    values = np.concatenate([_checked(block) for block, _ in parts])
+    values = np.concatenate(
+        [checked(prop, block.values, block.source, block.instance.__getitem__) for block, _ in parts]
+    )
     instance = np.concatenate([instance_code[rows] for _, rows in parts]).astype(np.int32)
     observation = np.concatenate([seen_code[rows] for _, rows in parts]).astype(np.int32)
     origin = np.concatenate([np.full(len(b.values), ORIGINS.index(b.origin), np.int8) for b, _ in parts])
     source = np.concatenate([np.full(len(b.values), sources.index(b.source), np.int32) for b, _ in parts])
-    order = np.lexsort((observation, instance))
-    instance, observation = instance[order], observation[order]
+    names = instances.__getitem__
+    return in_order(Column(prop, instance, observation, values, origin, source), observations, names)
+
+
+def in_order(column: Column, observations: Strings | Sequence[str], name: Callable[[int], object]) -> Column:
+    """Return the column with its rows in order.
+
+    Parameters
+    ----------
+    column : Column
+        Rows in any order.
+    observations : sequence of str
+        What `column.observation` stands for.
+    name : callable
+        Gives the name of the instance with an index.
+
+    Raises
+    ------
+    InputError
+        If one (instance, observation) has two values, or an instance has a value of its own beside values
+        of observations.
+    """
+    if (column.instance[1:] > column.instance[:-1]).all():
+        return column
+    order = np.lexsort((column.observation, column.instance))
+    instance, observation = column.instance[order], column.observation[order]
     twice = np.flatnonzero((instance[1:] == instance[:-1]) & (observation[1:] == observation[:-1]))
     if len(twice):
         row = twice[0]
         raise InputError(
-            f"{prop.name!r} of instance {str(instances[instance[row]])!r} has two values for observation "
-            f"{str(observations[observation[row]])!r}: give every repetition an observation name of its own"
+            f"{column.property.name!r} of instance {str(name(instance[row]))!r} has two values for "
+            f"observation {str(observations[observation[row]])!r}: "
+            "give every repetition an observation name of its own"
         )
-    mixed = np.flatnonzero((instance[1:] == instance[:-1]) & (observations[observation[:-1]] == ""))
+    unnamed = np.array([str(one) == "" for one in observations])
+    mixed = np.flatnonzero((instance[1:] == instance[:-1]) & unnamed[observation[:-1]])
     if len(mixed):
         raise InputError(
-            f"{prop.name!r} of instance {str(instances[instance[mixed[0]]])!r} has a value of the whole "
-            "instance and values of observations: name every observation, or none"
+            f"{column.property.name!r} of instance {str(name(instance[mixed[0]]))!r} has a value of the "
+            "whole instance and values of observations: name every observation, or none"
         )
-    return Column(prop, instance, observation, values[order], origin[order], source[order])
+    return Column(
+        column.property,
+        instance,
+        observation,
+        column.values[order],
+        column.origin[order],
+        column.source[order],
+    )
 
 
-def _checked(block: Block) -> NDArray[np.float64]:
-    prop = block.property
-    values = np.asarray(block.values, dtype=np.float64)
+def checked(
+    prop: Property, given: NDArray[np.float64], source: Source, name: Callable[[int], object]
+) -> NDArray[np.float64]:
+    """Return (n, d) values of a property, rounded.
+
+    Parameters
+    ----------
+    prop : Property
+    given : (n, d) array, or (n,) where d is 1, in the property's unit
+    source : Source
+    name : callable
+        Gives the name of the instance of a row.
+
+    Raises
+    ------
+    InputError
+        If there are not as many components as the property has, or a number is out of range.
+    """
+    values = np.asarray(given, dtype=np.float64)
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or values.shape[1] != prop.dimensions:
         raise InputError(
             f"{prop.name!r} has {prop.dimensions} component(s) {list(prop.components)}, "
-            f"but the values of {block.source.name!r} have shape {values.shape}"
+            f"but the values of {source.name!r} have shape {values.shape}"
         )
     bad = np.flatnonzero(~(np.abs(values) < LARGEST).all(axis=1))
     if len(bad):
         row = bad[0]
         value = values[row, ~(np.abs(values[row]) < LARGEST)][0]
         raise InputError(
-            f"{prop.name!r} of instance {str(block.instance[row])!r} is {value} in {block.source.name!r}: "
+            f"{prop.name!r} of instance {str(name(row))!r} is {value} in {source.name!r}: "
             f"values must be finite and below {LARGEST:g}; leave a missing value out"
         )
     return rounded(values)

@@ -201,6 +201,18 @@ NAMES: dict[str, tuple[list[str], list[str]]] = {
     "a folder for a table": (["build", "OUT.ttl", "--tables", "."], ["is a directory"]),
     "a folder that is not RoCS": (["build", "OUT.ttl", "--rocs", "."], ["."]),
     "no clusters": (["build", "OUT.ttl", "--expert", "household", "--clusters", "0"], ["0"]),
+    "a fuzzifier out of range": (
+        ["build", "OUT.ttl", "--expert", "household", "--fuzzy", "--fuzzifier", "0.5"],
+        ["0.5", "between 1 (crisp) and 10"],
+    ),
+    "a fuzzifier that is no number": (
+        ["build", "OUT.ttl", "--expert", "household", "--fuzzy", "--fuzzifier", "nan"],
+        ["nan", "between 1 (crisp) and 10"],
+    ),
+    "a fuzzifier of crisp qualities": (
+        ["build", "OUT.ttl", "--expert", "household", "--fuzzifier", "2"],
+        ["--fuzzifier 2", "needs --fuzzy"],
+    ),
     "a time that is none": (["build", "OUT.ttl", "--expert", "household", "--time", "noon"], ["'noon'"]),
     "the shipped one changed": (["forget", "household", "ycb_029_plate"], ["household", "elsewhere"]),
 }

@@ -271,3 +271,33 @@ def test_observations_as_units(table: Path, ersatz: Shell) -> None:
     assert [(row["count"], row["total"]) for row in knowledge_of(out, "plate")] == [(2, 3), (1, 3)]
     built(out, ersatz, *options)
     assert [(row["count"], row["total"]) for row in knowledge_of(out, "plate")] == [(1, 2), (1, 2)]
+
+
+def test_a_fuzzy_knowledge_base_is_built_shown_changed_and_asked(table: Path, ersatz: Shell) -> None:
+    out, options = table.with_name("fuzzy.ttl"), ("--tables", table, "--clusters", 2)
+    crisp = built(out, ersatz, *options)
+    assert built(out, ersatz, *options, "--fuzzy", "--fuzzifier", 1) == crisp
+    fuzzy = built(out, ersatz, *options, "--fuzzy")
+    assert b"ersatz:fuzzifier 2.0" in fuzzy
+    assert fuzzy == built(out, ersatz, *options, "--fuzzy", "--fuzzifier", 2) != crisp
+    shown = ersatz("show", out, "tray_3").out.splitlines()
+    degrees = dict(line.split()[:2] for line in shown if line.startswith("weight_"))
+    assert degrees.keys() == {"weight_1", "weight_2"}
+    assert 0.8 < float(degrees["weight_1"]) < 1
+    measured = table.with_name("tray_4.toml")
+    measured.write_text("weight = 0.6\nrigidity = 0.9\nsupport = 0.11\n")
+    assert ersatz("observe", out, "tray", "tray_4", "--measurements", measured).code == 0
+    assert out.read_bytes() != fuzzy
+    assert ersatz("check", out).code == 0
+    assert ersatz("forget", out, "tray_4").code == 0
+    revisions = [KnowledgeBase.open(file).revision for file in (out, built_file(table, fuzzy))]
+    assert revisions[0] == revisions[1]
+    run = ersatz("substitute", out, "--missing", "tray", "--json")
+    assert run.code in (0, 1)
+    assert json.loads(run.out)["status"] in ("ok", "undetermined")
+
+
+def built_file(beside: Path, content: bytes) -> Path:
+    path = beside.with_name("before.ttl")
+    path.write_bytes(content)
+    return path

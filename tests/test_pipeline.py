@@ -14,7 +14,8 @@ from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import PROPERTIES, Block, Origin, Source
-from ersatz.pipeline import Settings, build
+from ersatz.pipeline import Settings, build, ground_values
+from ersatz.resources import ONTOLOGY
 from tests.knowledge.tools import lines_of
 
 HABITS = SubcategorizationSettings(2, restarts=5)
@@ -212,3 +213,17 @@ def test_all_ways_to_keep_it_hold_the_same(table: Path, tmp_path: Path) -> None:
         with KnowledgeBase.open(tmp_path / name) as kb:
             assert lines_of(kb) == lines_of(memory)
             assert kb.revision == memory.revision
+
+
+def test_an_unknown_object_is_grounded_to_degrees() -> None:
+    kb = KnowledgeBase.open(ONTOLOGY / "examples" / "fuzzy.ttl")
+    grounded = ground_values(kb, {"weight": (0.35,), "size": (0.5, 0.5)}, "mug.ply")
+    size, weight = grounded.held
+    assert (weight.quality, weight.degrees) == ("weight_1", (("weight_1", 0.735294), ("weight_2", 0.264706)))
+    assert grounded.to_json()["held"][1]["degrees"] == {"weight_1": 0.735294, "weight_2": 0.264706}
+    assert size.quality == "size_2"
+    crisp = ground_values(
+        KnowledgeBase.open(ONTOLOGY / "examples" / "two_classes.ttl"), {"weight": (0.2,)}, "x"
+    )
+    assert crisp.held[0].degrees == ()
+    assert "degrees" not in crisp.to_json()["held"][0]

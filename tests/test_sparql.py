@@ -26,7 +26,7 @@ from ersatz.measurements import PROPERTIES
 from ersatz.pipeline import Settings, build
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.substitution import rank_substitutes
-from ersatz.resources import SPARQL
+from ersatz.resources import ONTOLOGY, SPARQL
 from tests.cli import Shell
 from tests.knowledge.tools import Row, blocks
 
@@ -119,6 +119,50 @@ CASES: dict[str, list[Case]] = {
         Case("kb:plate_2 | kb:Plate \n kb:sponge_1 | kb:Sponge", {"quality": "support_1"}),
         Case("kb:tray_1 | kb:Tray", {"quality": "size_2"}),
     ],
+    "index": [
+        Case(
+            """
+            kb:Plate     | plate  | -            | 2 | -
+            kb:Sponge    | sponge | -            | 1 | -
+            kb:Tray      | tray   | -            | 2 | -
+            kb:Plate     | -      | kb:size_1    | 1 | 1
+            kb:Plate     | -      | kb:support_1 | 1 | 2
+            kb:Plate     | -      | kb:support_2 | 1 | 2
+            kb:Plate     | -      | kb:weight_2  | 2 | 2
+            kb:Sponge    | -      | kb:size_1    | 1 | 1
+            kb:Sponge    | -      | kb:support_1 | 1 | 1
+            kb:Sponge    | -      | kb:weight_1  | 1 | 1
+            kb:Tray      | -      | kb:size_2    | 1 | 1
+            kb:Tray      | -      | kb:support_2 | 2 | 2
+            kb:Tray      | -      | kb:weight_2  | 2 | 2
+            kb:support_1 | -      | kb:size_1    | 1 | 1
+            kb:support_1 | -      | kb:weight_1  | 1 | 2
+            kb:support_1 | -      | kb:weight_2  | 1 | 2
+            kb:support_2 | -      | kb:size_1    | 1 | 2
+            kb:support_2 | -      | kb:size_2    | 1 | 2
+            kb:support_2 | -      | kb:weight_2  | 3 | 3
+            """
+        )
+    ],
+    "index_of": [
+        Case(
+            """
+            kb:Sponge    | sponge | -            | 1 | -
+            kb:Sponge    | -      | kb:size_1    | 1 | 1
+            kb:Sponge    | -      | kb:support_1 | 1 | 1
+            kb:Sponge    | -      | kb:weight_1  | 1 | 1
+            kb:support_1 | -      | kb:size_1    | 1 | 1
+            kb:support_1 | -      | kb:weight_1  | 1 | 2
+            kb:support_1 | -      | kb:weight_2  | 1 | 2
+            """,
+            {"concepts": ["kb:Sponge", "kb:support_1", "kb:plate_1"]},
+        )
+    ],
+    "index_touched": [
+        Case("kb:Plate | - \n kb:Tray | -", {"things": ["kb:Plate", "kb:model_Tray", "kb:plate_1"]}),
+        Case("kb:Sponge | - \n - | kb:size", {"things": ["kb:Sponge__size_1", "kb:size_1"]}),
+        Case("- | kb:weight", {"things": ["kb:weight"]}),
+    ],
     "instance": [Case("plate 2 | kb:Plate | plate", {"instance": "plate 2"})],
     "instance_measurements": [
         Case(
@@ -148,6 +192,18 @@ CASES: dict[str, list[Case]] = {
             kb:sponge_1 | sponge 1 | kb:Sponge | kb:size_1
             kb:sponge_1 | sponge 1 | kb:Sponge | kb:support_1
             kb:sponge_1 | sponge 1 | kb:Sponge | kb:weight_1
+            """,
+            {"instances": ["sponge 1", "plate 2", "sponge_1"]},
+        )
+    ],
+    "instance_memberships": [
+        Case(
+            """
+            kb:plate_2  | kb:support_1 | 1 | 1
+            kb:plate_2  | kb:weight_2  | 1 | 1
+            kb:sponge_1 | kb:size_1    | 1 | 1
+            kb:sponge_1 | kb:support_1 | 1 | 1
+            kb:sponge_1 | kb:weight_1  | 1 | 1
             """,
             {"instances": ["sponge 1", "plate 2", "sponge_1"]},
         )
@@ -200,12 +256,12 @@ CASES: dict[str, list[Case]] = {
     "qualities": [
         Case(
             """
-            kb:size_1    | kb:size    | 1 | -    | -    | -    | k-means
-            kb:size_2    | kb:size    | 2 | -    | -    | -    | k-means
-            kb:support_1 | kb:support | 1 | 0.02 | -    | 0.07 | optimal
-            kb:support_2 | kb:support | 2 | 0.12 | 0.07 | -    | optimal
-            kb:weight_1  | kb:weight  | 1 | 0.1  | -    | 0.35 | optimal
-            kb:weight_2  | kb:weight  | 2 | 0.6  | 0.35 | -    | optimal
+            kb:size_1    | kb:size    | 1 | -    | -    | -    | k-means | -
+            kb:size_2    | kb:size    | 2 | -    | -    | -    | k-means | -
+            kb:support_1 | kb:support | 1 | 0.02 | -    | 0.07 | optimal | -
+            kb:support_2 | kb:support | 2 | 0.12 | 0.07 | -    | optimal | -
+            kb:weight_1  | kb:weight  | 1 | 0.1  | -    | 0.35 | optimal | -
+            kb:weight_2  | kb:weight  | 2 | 0.6  | 0.35 | -    | optimal | -
             """
         )
     ],
@@ -221,6 +277,7 @@ CASES: dict[str, list[Case]] = {
             """
         )
     ],
+    "quality_norms": [Case("")],
     "relevant_functions": [
         Case("kb:support_2 | 2 | 3 | 0.666667", {"tool": "tray", "threshold": "0.35", "tolerance": "0.35"}),
         # both functions go with size_1 and weight_2, and with one quality that a plate lacks
@@ -278,6 +335,12 @@ CASES: dict[str, list[Case]] = {
             {"model": "MODEL"},
         )
     ],
+    "substitution_confidence": [
+        Case(
+            "kb:Plate | * | * | * | * | 0.9 | 50 | 1 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 1",
+            {"model": "MODEL"},
+        )
+    ],
     "substitution_model": [Case("kb:Tray | * | 0.35 | 0.35 | 0.3 | REVISION", {"model": "MODEL"})],
     "substitution_models": [Case("MODEL | kb:Tray | REVISION | REVISION")],
     "substitution_relevance": [
@@ -286,6 +349,53 @@ CASES: dict[str, list[Case]] = {
         )
     ],
 }
+FUZZY: dict[str, list[Case]] = {
+    "instance_memberships": [
+        Case(
+            """
+            kb:bowl_02       | kb:containment_2 | 1        | 1
+            kb:bowl_02       | kb:size_2        | 1        | 1
+            kb:bowl_02       | kb:weight_1      | 0.1      | 1
+            kb:bowl_02       | kb:weight_2      | 0.9      | 1
+            kb:coffee_mug_01 | kb:containment_1 | 0.9      | 1
+            kb:coffee_mug_01 | kb:containment_2 | 0.1      | 1
+            kb:coffee_mug_01 | kb:size_1        | 0.938462 | 1
+            kb:coffee_mug_01 | kb:size_2        | 0.061538 | 1
+            kb:coffee_mug_01 | kb:weight_1      | 0.9      | 1
+            kb:coffee_mug_01 | kb:weight_2      | 0.1      | 1
+            """,
+            {"instances": ["coffee mug 01", "bowl 02", "bowl_02"]},
+        )
+    ],
+    "qualities": [
+        Case(
+            """
+            kb:containment_1 | kb:containment | 1 | 0.1 | -   | 0.5 | given | 2
+            kb:containment_2 | kb:containment | 2 | 0.9 | 0.5 | -   | given | 2
+            kb:size_1        | kb:size        | 1 | -   | -   | -   | given | 2
+            kb:size_2        | kb:size        | 2 | -   | -   | -   | given | 2
+            kb:weight_1      | kb:weight      | 1 | 0.2 | -   | 0.4 | given | 2
+            kb:weight_2      | kb:weight      | 2 | 0.6 | 0.4 | -   | given | 2
+            """
+        )
+    ],
+    "quality_norms": [
+        Case(
+            """
+            kb:size_1 | kb:size | 1 | 1 | 1 | 1
+            kb:size_1 | kb:size | 1 | 1 | 2 | 0
+            kb:size_1 | kb:size | 1 | 2 | 2 | 1
+            kb:size_2 | kb:size | 2 | 1 | 1 | 1.25
+            kb:size_2 | kb:size | 2 | 1 | 2 | 0.75
+            kb:size_2 | kb:size | 2 | 2 | 2 | 1.25
+            """
+        )
+    ],
+}
+"""On `ontology/examples/fuzzy.ttl`. The first mug, 12 by 10 cm, lies 2 cm from the first centroid; it is 8 cm
+shorter and 2 cm higher than the second, by the matrix 1.25 64 - 2 0.75 16 + 1.25 4 = 61 square centimetres
+away: its degrees are as 61 to 4."""
+
 EACH = [(name, case) for name, cases in CASES.items() for case in cases]
 
 
@@ -302,7 +412,8 @@ class World:
 def world() -> World:
     settings = Settings(SubcategorizationSettings(clusters=2), time="2026-01-02T03:04:05Z")
     kb = build(blocks=blocks(WORLD), settings=settings)
-    rank_substitutes(kb, "tray", settings=ReasonerSettings(tolerance=Fraction(3, 10)), remember=True)
+    chosen = ReasonerSettings(tolerance=Fraction(3, 10))
+    rank_substitutes(kb, "tray", settings=chosen, remember=True, draws=50)
     graph = rdflib.Graph().parse(data="".join(turtle(kb.triples())), format="turtle")
     (model,) = kb.view(remembered)
     return World(kb, graph, model)
@@ -312,7 +423,9 @@ def world() -> World:
 def household() -> KnowledgeBase:
     """The shipped knowledge base, with an answer it remembers."""
     kb = KnowledgeBase.open("household")
-    rank_substitutes(kb, "tray", settings=ReasonerSettings(tolerance=Fraction(1, 10)), remember=True)
+    rank_substitutes(
+        kb, "tray", settings=ReasonerSettings(tolerance=Fraction(1, 10)), remember=True, draws=10
+    )
     return kb
 
 
@@ -348,8 +461,24 @@ def check(found: Iterable[Iterable[object]], wanted: list[tuple[str, ...]], orde
         assert tuple("*" if b == "*" else a for a, b in zip(row, like, strict=True)) == like
 
 
+@pytest.fixture(scope="module")
+def fuzzy() -> World:
+    kb = KnowledgeBase.open(ONTOLOGY / "examples" / "fuzzy.ttl")
+    return World(kb, rdflib.Graph().parse(ONTOLOGY / "examples" / "fuzzy.ttl"), "")
+
+
+@pytest.mark.parametrize(("name", "case"), [(n, c) for n, cases in FUZZY.items() for c in cases], ids=FUZZY)
+def test_rows_of_degrees(fuzzy: World, name: str, case: Case) -> None:
+    compare(fuzzy, name, case)
+
+
 @pytest.mark.parametrize(("name", "case"), EACH, ids=[f"{n}-{i}" for i, (n, _) in enumerate(EACH)])
 def test_rows(world: World, name: str, case: Case) -> None:
+    compare(world, name, case)
+
+
+def compare(world: World, name: str, case: Case) -> None:
+    """Ask both engines and check the rows of both."""
     query = stored_query(name)
     arguments = {
         key: world.model if value == "MODEL" else value for key, value in (case.arguments or {}).items()
@@ -409,7 +538,7 @@ def test_header(name: str) -> None:
     assert bool(query.example) == bool(query.parameters), "an example is of the parameters"
 
 
-@pytest.mark.parametrize("name", QUESTIONS)
+@pytest.mark.parametrize("name", [name for name in QUESTIONS if name != "quality_norms"])
 def test_example_finds_something_on_the_shipped_knowledge_base(household: KnowledgeBase, name: str) -> None:
     query = stored_query(name)
     given: dict[str, Argument] = {}

@@ -23,6 +23,39 @@ def open3d() -> ModuleType:
         ) from error
 
 
+def parquet() -> ModuleType:
+    """Return pyarrow.parquet.
+
+    Raises
+    ------
+    MissingDependencyError
+        If pyarrow or fsspec is missing.
+    """
+    try:
+        import_module("fsspec")
+        return import_module("pyarrow.parquet")
+    except ImportError as error:
+        raise MissingDependencyError(
+            f"Parquet in parts needs pyarrow and fsspec ({error}): pip install 'ersatz[scale]'"
+        ) from error
+
+
+def distributed() -> ModuleType:
+    """Return the module distributed, Dask's scheduler and workers.
+
+    Raises
+    ------
+    MissingDependencyError
+        If it is missing.
+    """
+    try:
+        return import_module("distributed")
+    except ImportError as error:
+        raise MissingDependencyError(
+            f"--scheduler needs Dask ({error}): pip install 'ersatz[scale]'"
+        ) from error
+
+
 def pyplot() -> ModuleType:
     """Return matplotlib.pyplot, drawing to files only.
 

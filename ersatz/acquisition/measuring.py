@@ -1,15 +1,14 @@
 """From scans to blocks of measurements: concept responses of views, geometry of whole objects."""
 
-import multiprocessing
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
+from ersatz.acquisition.engine import Engine, Here, Processes
 from ersatz.acquisition.geometry import Geometry, GeometrySettings, measure_geometry
 from ersatz.acquisition.layouts import FolderSettings, views_of
 from ersatz.acquisition.scans import Scan
@@ -121,6 +120,7 @@ def measure_scans(
     concepts: ShapeConcepts | None,
     settings: MeasuringSettings | None = None,
     progress: Callable[[Scan], None] | None = None,
+    engine: Engine | None = None,
 ) -> list[Block]:
     """Measure many scans, one or a few of them in memory at a time.
 
@@ -133,6 +133,8 @@ def measure_scans(
     settings : MeasuringSettings or None
     progress : callable or None
         Called with every scan when it is done.
+    engine : Engine or None
+        Who measures, in place of `settings.workers` processes.
 
     Returns
     -------
@@ -151,7 +153,7 @@ def measure_scans(
     """
     settings = settings or MeasuringSettings()
     rows: dict[tuple[str, Origin, Source], list[_Row]] = {}
-    for scan, values in _measured(scans, concepts, settings):
+    for scan, values in _measured(scans, concepts, settings, engine):
         for name, value in values.items():
             prop = PROPERTIES[name] if name in PROPERTIES else _shape(name)
             row = _Row(
@@ -188,47 +190,35 @@ def _block(rows: list[_Row]) -> Block:
 
 
 def _measured(
-    scans: Iterable[Scan], concepts: ShapeConcepts | None, settings: MeasuringSettings
+    scans: Iterable[Scan],
+    concepts: ShapeConcepts | None,
+    settings: MeasuringSettings,
+    engine: Engine | None,
 ) -> Iterator[tuple[Scan, dict[str, tuple[float, ...]]]]:
     """Yield each scan with its values, in the order of the scans."""
-    if settings.workers == 1:
-        for scan in scans:
-            yield scan, _answer(scan, settings, partial(measure_scan, scan, concepts, settings))
-        return
-    # Spawned, because open3d's threads do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(settings.workers, context, _start, (concepts, settings)) as pool:
-        waiting: deque[tuple[Scan, Future[dict[str, tuple[float, ...]]]]] = deque()
-        for scan in scans:
-            waiting.append((scan, pool.submit(_work, scan)))
-            if len(waiting) >= 4 * settings.workers:
-                done, future = waiting.popleft()
-                yield done, _answer(done, settings, future.result)
-        while waiting:
-            done, future = waiting.popleft()
-            yield done, _answer(done, settings, future.result)
+    engine = engine or (Here() if settings.workers == 1 else Processes(settings.workers))
+    waiting: deque[Scan] = deque()
 
+    def remembered() -> Iterator[Scan]:
+        for scan in scans:
+            waiting.append(scan)
+            yield scan
 
-def _answer(
-    scan: Scan, settings: MeasuringSettings, result: Callable[[], dict[str, tuple[float, ...]]]
-) -> dict[str, tuple[float, ...]]:
-    try:
-        return result()
-    except ScanError as error:
+    for values in engine.map(partial(_attempt, concepts=concepts, settings=settings), remembered()):
+        scan = waiting.popleft()
+        if not isinstance(values, ScanError):
+            yield scan, values
+            continue
         if not settings.keep_going:
-            raise
-        warnings.warn(f"skipped {scan.label}: {error}", ErsatzWarning, stacklevel=5)
-        return {}
+            raise values
+        warnings.warn(f"skipped {scan.label}: {values}", ErsatzWarning, stacklevel=4)
+        yield scan, {}
 
 
-_job: tuple[ShapeConcepts | None, MeasuringSettings] | None = None
-
-
-def _start(concepts: ShapeConcepts | None, settings: MeasuringSettings) -> None:
-    global _job  # noqa: PLW0603 (a worker process has no other place for what all its scans share)
-    _job = (concepts, settings)
-
-
-def _work(scan: Scan) -> dict[str, tuple[float, ...]]:
-    assert _job is not None
-    return measure_scan(scan, *_job)
+def _attempt(
+    scan: Scan, concepts: ShapeConcepts | None, settings: MeasuringSettings
+) -> dict[str, tuple[float, ...]] | ScanError:
+    try:
+        return measure_scan(scan, concepts, settings)
+    except ScanError as error:
+        return error

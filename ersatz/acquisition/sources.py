@@ -6,6 +6,8 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from ersatz.acquisition.engine import Engine
+from ersatz.acquisition.tables.sheets import in_parts
 from ersatz.errors import InputError
 from ersatz.measurements import Block, Measurements, instance_names, unmeasured
 from ersatz.resources import ONTOLOGY
@@ -91,8 +93,16 @@ class Sources:
     expert: str | Path | None = None
 
 
+def tables_in_parts(sources: Sources, *, anyway: bool = False) -> bool:
+    """Tell whether all there is are tables to be read part by part; `anyway` also where they are small."""
+    others = (sources.blocks, sources.rocs, sources.scans, sources.models, sources.expert)
+    if not sources.tables or any(one is not None and one not in ((), {}) for one in others):
+        return False
+    return all(in_parts(table, anyway=anyway) for table in sources.tables)
+
+
 def acquire(
-    sources: Sources, settings: AcquisitionSettings, progress: Progress
+    sources: Sources, settings: AcquisitionSettings, progress: Progress, engine: Engine | None = None
 ) -> "tuple[Measurements, ShapeConcepts | None]":
     """Read and measure everything, and draw from the expert's distributions what was not measured.
 
@@ -111,15 +121,18 @@ def acquire(
     found, concepts = list(sources.blocks), None
     if sources.tables:
         from ersatz.acquisition.tables import read_table
+        from ersatz.acquisition.tables.parts import read_whole
 
-        found += chain.from_iterable(read_table(Path(table)) for table in sources.tables)
+        found += chain.from_iterable(
+            read_whole(table) if in_parts(table) else read_table(Path(table)) for table in sources.tables
+        )
     if sources.rocs is not None:
         from ersatz.acquisition.rocs import read_rocs
 
         found += read_rocs(Path(sources.rocs))
     if sources.scans is not None or sources.models:
         concepts = find_concepts(sources, settings, progress)
-        found += _scanned(sources, settings, concepts, progress)
+        found += _scanned(sources, settings, concepts, progress, engine)
     if sources.expert is not None:
         from ersatz.acquisition.expert import read_expert
 
@@ -168,7 +181,11 @@ def concepts_beside(location: Path) -> Path:
 
 
 def _scanned(
-    sources: Sources, settings: AcquisitionSettings, concepts: "ShapeConcepts", progress: Progress
+    sources: Sources,
+    settings: AcquisitionSettings,
+    concepts: "ShapeConcepts",
+    progress: Progress,
+    engine: Engine | None,
 ) -> list[Block]:
     """Measure the scans, and the models as if they had been scanned."""
     from ersatz.acquisition.camera import CameraSettings
@@ -193,4 +210,4 @@ def _scanned(
         progress(f"measuring {scan.label}", 0.05 + 0.55 * done / (done + 100))
 
     measuring = MeasuringSettings(workers=settings.workers, keep_going=settings.keep_going)
-    return measure_scans(chain(given, modelled), concepts, measuring, tell)
+    return measure_scans(chain(given, modelled), concepts, measuring, tell, engine)

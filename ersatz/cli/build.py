@@ -30,7 +30,8 @@ def build(
         Path, typer.Argument(help="File (.ttl .owl .nt .jsonld, also .gz) or directory to write.")
     ],
     tables: Annotated[
-        list[Path] | None, typer.Option(help="A property table, CSV or Parquet; repeatable.")
+        list[str] | None,
+        typer.Option(help="A property table, CSV or Parquet, or a directory or URL of Parquet; repeatable."),
     ] = None,
     rocs: Annotated[Path | None, typer.Option(help="A folder laid out as the RoCS data set.")] = None,
     scans: Annotated[Path | None, typer.Option(help="A folder of scans.")] = None,
@@ -55,12 +56,22 @@ def build(
     keep_going: Annotated[bool, typer.Option("--keep-going", help="Leave broken scans out.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that measure scans.")] = 1,
     clusters: Annotated[int, typer.Option(help="Qualities per property, the paper's eta.")] = 4,
+    fuzzy: Annotated[
+        bool, typer.Option("--fuzzy", help="Let values belong to several qualities, to degrees.")
+    ] = False,
+    fuzzifier: Annotated[
+        float | None, typer.Option(help="With --fuzzy: how soft, from 1 (crisp) to 10; 2 unless given.")
+    ] = None,
     unit: Annotated[Unit, typer.Option(help="What is counted.")] = Unit.INSTANCE,
     representative: Annotated[
         str, typer.Option(help="Threshold of the representative qualities written down.")
     ] = "0.35",
     classes_only: Annotated[bool, typer.Option(help="Leave the instances out.")] = False,
     seed: Annotated[int, typer.Option(help="Of k-means and of the expert's draws.")] = 0,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Who does the work: a Dask scheduler's address, or local:N processes; else one."),
+    ] = None,
     time: Annotated[
         str | None, typer.Option(help="Time of the build, ISO 8601; else SOURCE_DATE_EPOCH, else none.")
     ] = None,
@@ -70,16 +81,19 @@ def build(
     Example: ersatz build kb.ttl --tables objects.csv --expert household
     """
     from ersatz.acquisition.sources import AcquisitionSettings
-    from ersatz.grounding.subcategorization import SubcategorizationSettings
+    from ersatz.grounding.subcategorization import USUAL_FUZZIFIER, SubcategorizationSettings
     from ersatz.grounding.units import ObservationUnit
     from ersatz.knowledge.queries import exact
     from ersatz.pipeline import Settings
     from ersatz.pipeline import build as build_kb
     from ersatz.resources import DATA
 
+    if fuzzifier is not None and not fuzzy:
+        raise InputError(f"--fuzzifier {fuzzifier:g} needs --fuzzy: without it qualities are crisp")
+    softness = (USUAL_FUZZIFIER if fuzzifier is None else fuzzifier) if fuzzy else 1.0
     source = DATA / "expert.toml" if expert == SHIPPED_EXPERT else expert
     settings = Settings(
-        SubcategorizationSettings(clusters, seed=seed),
+        SubcategorizationSettings(clusters, seed=seed, fuzzifier=softness),
         ObservationUnit(unit),
         exact(representative, "representative"),
         AcquisitionSettings(seed, shape_concepts, views, paper_selection, keep_going, workers),
@@ -97,6 +111,7 @@ def build(
             expert=source,
             settings=settings,
             out=out,
+            scheduler=scheduler,
             progress=report,
         )
     classes = kb.ask("classes")

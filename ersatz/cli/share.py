@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, open_kb, say
+from ersatz.cli.terminal import Location, open_kb, progress, say
 from ersatz.errors import InputError, MissingDependencyError
 
 
@@ -94,6 +94,38 @@ def export(
 
 
 @app.command()
+def upload(
+    location: Location,
+    url: Annotated[str, typer.Argument(help="The endpoint as it will be opened.")],
+    graphs: Annotated[
+        str | None, typer.Option(help="URL of its Graph Store Protocol, where it cannot be guessed.")
+    ] = None,
+    update: Annotated[
+        str | None, typer.Option(help="URL changes go to, where it cannot be guessed; only to replace.")
+    ] = None,
+    credentials: Annotated[
+        Path | None, typer.Option(help="File of logins in netrc's format; else $ERSATZ_CREDENTIALS names it.")
+    ] = None,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Replace the knowledge base that is there, at once.")
+    ] = False,
+    piece: Annotated[int, typer.Option(help="Triples a request.")] = 50_000,
+) -> None:
+    """Send the knowledge base to a SPARQL server, as its home or as a copy; go on with a broken upload.
+
+    Nobody takes it for a knowledge base before all of it has arrived.
+    Example: ersatz upload kb 'http://server:7878/query?default-graph-uri=urn:fleet'
+    """
+    from ersatz.knowledge.upload import UploadSettings
+    from ersatz.knowledge.upload import upload as send
+
+    settings = UploadSettings(graphs, update, credentials, replace, piece)
+    with open_kb(location) as kb, progress() as report:
+        triples = send(kb, url, settings, report)
+        say(f"{url}: {triples} triples, revision {kb.revision[:12]}")
+
+
+@app.command()
 def serve(
     location: Location,
     host: Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")] = "127.0.0.1",
@@ -105,6 +137,13 @@ def serve(
         Path | None, typer.Option(help="File with the token, readable by you alone.")
     ] = None,
     seconds: Annotated[float, typer.Option(help="How long one query may take.")] = 20.0,
+    scans: Annotated[
+        Path | None, typer.Option(help="Folder of the scans it was built from, to be seen on its pages.")
+    ] = None,
+    cors: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ORIGIN", help="Web origin whose scripts may read; repeatable, * for all."),
+    ] = None,
 ) -> None:
     """Serve the knowledge base: pages to look into it, and a SPARQL 1.1 endpoint.
 
@@ -119,7 +158,9 @@ def serve(
     if writable != (token_file is not None):
         raise InputError("--writable and --token-file go together: only who has the token may write")
     token = read_token(token_file) if token_file is not None else None
-    settings = ServiceSettings(seconds=seconds, token=token, hosts=hosts_for(host))
+    settings = ServiceSettings(
+        seconds=seconds, token=token, hosts=hosts_for(host), scans=scans, origins=tuple(cors or ())
+    )
     kb = open_kb(location)
     say(f"{kb.location} at http://{host}:{port}/ (SPARQL at /sparql); end with Ctrl-C")
     run(kb, settings, host, port)

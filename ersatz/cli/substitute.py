@@ -1,7 +1,7 @@
 """From a knowledge base to substitutes."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -40,17 +40,38 @@ def substitute(
     instance: Annotated[
         list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
     ] = None,
-    representative: Annotated[str, typer.Option(help="Theta: typical from this degree on.")] = "0.35",
-    tolerance: Annotated[str, typer.Option(help="Phi: stands in above this similarity.")] = "0.35",
-    relevance_tolerance: Annotated[str, typer.Option(help="Phi of relevant functions.")] = "0.35",
-    combine: Annotated[str, typer.Option(help="union or intersection over relevant functions.")] = "union",
-    similarity: Annotated[str, typer.Option(help="jaccard, coverage or tversky.")] = "jaccard",
+    graded: Annotated[
+        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
+    ] = False,
+    representative: Annotated[
+        str, typer.Option(help="Theta: typical from this degree on; not graded.")
+    ] = "0.35",
+    tolerance: Annotated[
+        str | None, typer.Option(help="Phi: stands in above this similarity; 0.35, ordinal 0.67.")
+    ] = None,
+    relevance_tolerance: Annotated[
+        str | None, typer.Option(help="Phi of relevant functions; 0.35, graded 0.")
+    ] = None,
+    combine: Annotated[
+        str, typer.Option(help="union or intersection over relevant functions; not graded.")
+    ] = "union",
+    similarity: Annotated[
+        str | None,
+        typer.Option(help="jaccard (default), coverage, tversky; graded: ordinal (default), ruzicka too."),
+    ] = None,
+    spacing: Annotated[
+        str, typer.Option(help="Of ordinal: qualities are as far apart as ranks or as centroids.")
+    ] = "rank",
     above_lowest: Annotated[bool, typer.Option(help="Only functions above the lowest degree.")] = False,
     fallback: Annotated[
         bool, typer.Option(help="With no relevant function, compare all that is typical.")
     ] = False,
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
+    ] = None,
+    certainty: Annotated[
+        str | None,
+        typer.Option(help="Typical only if the degree is as surely at least theta; such as 0.5."),
     ] = None,
     confidence: Annotated[
         bool, typer.Option("--confidence", help="Also tell how sure the answer is.")
@@ -62,21 +83,23 @@ def substitute(
 ) -> None:
     """Rank what stands in for a missing tool, with reasons. Exit code 1: undetermined.
 
-    Example: ersatz substitute household --missing tray --available plate --available sponge
+    Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
-    settings = ReasonerSettings(
-        representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
-        tolerance,  # type: ignore[arg-type]
-        relevance_tolerance,  # type: ignore[arg-type]
-        combine,  # type: ignore[arg-type]
-        similarity,  # type: ignore[arg-type]
-        above_lowest,
-        fallback,
-        _properties(properties),
-    )
+    chosen: dict[str, Any] = {
+        "representative": representative,
+        "tolerance": tolerance,
+        "relevance_tolerance": relevance_tolerance,
+        "combine": combine,
+        "similarity": similarity,
+        "spacing": spacing,
+        "certainty": certainty,
+        "properties": _properties(properties),
+    }
+    given = {name: value for name, value in chosen.items() if value is not None}
+    settings = ReasonerSettings(above_lowest=above_lowest, fallback=fallback, graded=graded, **given)
     kb = open_kb(location)
     ranking = rank_substitutes(
         kb,
@@ -113,6 +136,9 @@ def ask(
         Path | None,
         typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
     ] = None,
+    graded: Annotated[
+        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
+    ] = False,
     best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
     properties: Annotated[
         str | None, typer.Option(help="paper, or names with commas: reason with these only.")
@@ -137,7 +163,7 @@ def ask(
         available,
         instances=instance or (),
         held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
-        settings=ReasonerSettings(properties=_properties(properties)),
+        settings=ReasonerSettings(properties=_properties(properties), graded=graded),
         about=Doubt.BEST if best else Doubt.ACCEPTED,
         draws=draws,
         seed=seed,

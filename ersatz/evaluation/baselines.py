@@ -8,7 +8,7 @@ from ersatz.errors import ErsatzError, UnknownNameError
 from ersatz.evaluation.methods import Context, Entrant, Method, ersatz_with, papers_properties
 from ersatz.evaluation.rivals import distance, simple, tables, wordnet
 from ersatz.reasoner.relevance import Combine
-from ersatz.reasoner.similarity import Similarity
+from ersatz.reasoner.similarity import GRADED, Similarity
 
 ENTRANTS: Final = tuple(
     Entrant(name, label, make)
@@ -25,6 +25,17 @@ ENTRANTS: Final = tuple(
             "ERSATZ without relevance",
             ersatz_with(relevance_tolerance=1, fallback=True),
         ),
+        ("graded", "ERSATZ, graded (ordinal)", ersatz_with(graded=True)),
+        (
+            "graded-no-relevance",
+            "ERSATZ, graded (ordinal) without relevance",
+            ersatz_with(graded=True, relevance_tolerance=1, fallback=True),
+        ),
+        *(
+            (f"graded-{form}", f"ERSATZ, graded ({form})", ersatz_with(graded=True, similarity=form))
+            for form in GRADED
+            if form is not Similarity.ORDINAL
+        ),
         ("chance", "Chance", simple.chance),
         ("most-popular", "Most popular", simple.most_popular),
         ("heaviest", "Heaviest", simple.heaviest),
@@ -40,7 +51,7 @@ ENTRANTS: Final = tuple(
 )
 """In the order of tables and figures; the first is what the others are compared with."""
 
-OURS: Final = frozenset(entrant.name for entrant in ENTRANTS[:8])
+OURS: Final = frozenset(entrant.name for entrant in ENTRANTS if entrant.label.startswith("ERSATZ"))
 """ERSATZ, its variants and its ablation; the others are rivals."""
 
 

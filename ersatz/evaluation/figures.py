@@ -4,14 +4,15 @@ Sequential values use viridis, in which nothing is grey; categories use the pale
 matplotlib is imported when a figure is drawn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from ersatz.errors import MissingDependencyError
 from ersatz.evaluation.agreement import HEADINGS
+from ersatz.evaluation.calibration import Calibration
 from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.heat_maps import heat_maps
 from ersatz.evaluation.sweeps import SHOWN
@@ -19,6 +20,8 @@ from ersatz.evaluation.sweeps import SHOWN
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+T = TypeVar("T")
 
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"
 STYLE: Final[dict[Any, Any]] = {
@@ -41,20 +44,29 @@ def draw_all(results: Results, folder: Path) -> list[str]:
     MissingDependencyError
         If matplotlib is not installed.
     """
+    return [name for name, draw in FIGURES.items() if draw_one(name, draw, results, folder)]
+
+
+def draw_one(name: str, draw: Callable[[T, "Figure"], bool], data: T, folder: Path) -> bool:
+    """Draw a figure, if there is data for it, as PNG and SVG.
+
+    Raises
+    ------
+    MissingDependencyError
+        If matplotlib is not installed.
+    """
     try:
         import matplotlib as mpl
         from matplotlib.figure import Figure
     except ImportError as error:
         raise MissingDependencyError(f"figures need matplotlib ({error}): install ersatz[figures]") from None
-    done = []
     with mpl.rc_context(STYLE):
-        for name, draw in FIGURES.items():
-            figure = Figure(layout="constrained")
-            if draw(results, figure):
-                figure.savefig(folder / f"{name}.png", metadata={"Software": ""})
-                figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
-                done.append(name)
-    return done
+        figure = Figure(layout="constrained")
+        if not draw(data, figure):
+            return False
+        figure.savefig(folder / f"{name}.png", metadata={"Software": ""})
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
+    return True
 
 
 def methods(results: Results, figure: "Figure") -> bool:
@@ -112,6 +124,25 @@ def calibration(results: Results, figure: "Figure") -> bool:
     counts.hist(scores, edges.tolist(), color=BLUE, alpha=0.6)
     counts.set(xlabel="ERSATZ's similarity", ylabel="pairs")
     return True
+
+
+def reliability(calibrations: Mapping[str, Calibration], figure: "Figure") -> bool:
+    """Draw how often answers were confirmed by more objects, by how probable they were said to be."""
+    wide = min(3, len(calibrations))
+    tall = -(-len(calibrations) // wide)
+    figure.set_size_inches(3.6 * wide, 3.9 * tall)
+    axes = np.asarray(figure.subplots(tall, wide, sharex=True, sharey=True, squeeze=False)).ravel()
+    for axis, (name, found) in zip(axes, calibrations.items(), strict=False):
+        for one in found.bins():
+            mean, low, high = _wilson(one.true, one.count)
+            axis.errorbar(one.said, mean, [[mean - low], [high - mean]], fmt="o", ms=4, color=BLUE, capsize=2)
+        axis.plot((0, 1), (0, 1), color=GREY, lw=1, ls="--")
+        axis.set_title(f"{name}\nBrier {found.brier:.3f}, of yes or no {found.brier_crisp:.3f}", fontsize=9)
+        axis.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), xlabel="P(accepted) from half of the objects")
+    for axis in axes[len(calibrations) :]:
+        axis.set_visible(False)
+    axes[0].set_ylabel("share accepted with all of them")
+    return bool(calibrations)
 
 
 def thresholds(results: Results, figure: "Figure") -> bool:

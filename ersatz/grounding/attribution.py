@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import InputError
-from ersatz.grounding.subcategorization import Qualities
+from ersatz.grounding.subcategorization import Qualities, most
 from ersatz.grounding.units import Units, unit_values
 from ersatz.measurements import Measurements
 
@@ -34,6 +34,8 @@ class Attribution:
 def attribute(measurements: Measurements, qualities: Sequence[Qualities], units: Units) -> Attribution:
     """Give every unit the quality nearest to its value, for each property it has a value of.
 
+    Of fuzzy qualities it gets the degrees to which its value belongs to each.
+
     Raises
     ------
     InputError
@@ -46,7 +48,7 @@ def attribute(measurements: Measurements, qualities: Sequence[Qualities], units:
             raise InputError(f"property {name!r} has no qualities here: known are {', '.join(sorted(known))}")
     held = []
     for quality in qualities:
-        labels = np.full(len(units), -1, dtype=np.int8)
+        held_here = _nothing(len(units), quality)
         if column := columns.get(quality.property.name):
             if column.property.components != quality.property.components:
                 raise InputError(
@@ -55,6 +57,27 @@ def attribute(measurements: Measurements, qualities: Sequence[Qualities], units:
                     f"{list(quality.property.components)}"
                 )
             rows, values = unit_values(column, units, measurements)
-            labels[rows] = quality.assign(values)
-        held.append(labels)
+            held_here[rows] = quality.held(values)
+        held.append(held_here)
     return Attribution(tuple(qualities), measurements.instance_class[units.instance], tuple(held))
+
+
+def most_held(held: NDArray[np.int8] | NDArray[np.int64]) -> NDArray[np.int8]:
+    """Return the index of the quality each unit holds most, ties to the lower rank; -1: no value.
+
+    Parameters
+    ----------
+    held : (u,) int8 or (u, k) int64 array
+        As in `Attribution.held`.
+    """
+    if held.ndim == 1:
+        return held.astype(np.int8, copy=False)
+    labels = most(held.astype(np.int64, copy=False))
+    labels[~held.any(axis=1)] = -1
+    return labels
+
+
+def _nothing(units: int, quality: Qualities) -> NDArray[np.int8] | NDArray[np.int64]:
+    if quality.fuzzy:
+        return np.zeros((units, len(quality.names)), dtype=np.int64)
+    return np.full(units, -1, dtype=np.int8)

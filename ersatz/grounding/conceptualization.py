@@ -6,18 +6,17 @@ workers, over time.
 """
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import InputError
-from ersatz.grounding.attribution import Attribution
+from ersatz.grounding.attribution import Attribution, most_held
+from ersatz.grounding.fuzzy import DEGREE, dealt
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.measurements import Kind
 
-DEGREE: Final = 1_000_000
-"""A full degree of membership in the unit of all counts."""
+__all__ = ["DEGREE", "Counts", "conceptualize"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,9 +69,8 @@ class Counts:
         return self._combine(other, -1)
 
     def _combine(self, other: "Counts", sign: int) -> "Counts":
-        if [q.names for q in self.qualities] != [q.names for q in other.qualities] or any(
-            not np.array_equal(a.centroids, b.centroids)
-            for a, b in zip(self.qualities, other.qualities, strict=True)
+        if len(self.qualities) != len(other.qualities) or not all(
+            a.same_cuts(b) for a, b in zip(self.qualities, other.qualities, strict=True)
         ):
             raise InputError(
                 "counts of different qualities cannot be added: ground both with the same cut points"
@@ -111,8 +109,9 @@ class Counts:
 def conceptualize(attribution: Attribution, classes: tuple[str, ...]) -> Counts:
     """Count what the units of each class hold, and what they hold together.
 
-    Degrees of two qualities held together multiply, rounded to a millionth in every unit, so that
-    crisp co-occurrence is the special case of degrees 0 and 1.
+    Degrees of two qualities held together multiply: in every unit the degree of a function is divided
+    among the qualities of a property, in whole millionths that add up to it. Crisp co-occurrence is the
+    special case of degrees 0 and 1.
 
     Parameters
     ----------
@@ -121,7 +120,7 @@ def conceptualize(attribution: Attribution, classes: tuple[str, ...]) -> Counts:
         What the indices of `attribution.unit_class` stand for.
     """
     unit_class, held, qualities = attribution.unit_class, attribution.held, attribution.qualities
-    present = [_present(h) for h in held]
+    present = [most_held(h) >= 0 for h in held]
     physical = [q.property.kind is Kind.PHYSICAL for q in qualities]
     class_counts = [
         _count(unit_class, len(classes), h, len(q.names)) for h, q in zip(held, qualities, strict=True)
@@ -155,10 +154,6 @@ def conceptualize(attribution: Attribution, classes: tuple[str, ...]) -> Counts:
     )
 
 
-def _present(held: NDArray[np.int8] | NDArray[np.int64]) -> NDArray[np.bool_]:
-    return held >= 0 if held.ndim == 1 else np.any(held, axis=1)
-
-
 def _count(
     group: NDArray[np.int32], groups: int, held: NDArray[np.int8] | NDArray[np.int64], k: int
 ) -> NDArray[np.int64]:
@@ -181,5 +176,12 @@ def _together(
         return _count(one[rows].astype(np.int32), k, two[rows], m)
     if two.ndim == 1:
         return _together(two, m, one, k).T
-    products = (one[:, :, None] * two[:, None, :] + DEGREE // 2) // DEGREE
-    return np.asarray(products.sum(axis=0), dtype=np.int64)
+    valued = two.any(axis=1)
+    shares, held = one[valued].astype(np.int64, copy=False), two[valued].astype(np.int64, copy=False)
+    return np.stack([_divided(share, held).sum(axis=0) for share in shares.T])
+
+
+def _divided(share: NDArray[np.int64], held: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return (u, m): each unit's share divided in proportion to the degrees it holds."""
+    whole, rest = np.divmod(share[:, None] * held, DEGREE)
+    return dealt(whole, rest, share)

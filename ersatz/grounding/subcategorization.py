@@ -1,13 +1,14 @@
 """Sub-categorization: from continuous to discrete (paper: Knowledge about Objects, P_n to P_eta).
 
 The values of a property are clustered into eta qualities, `size_1` to `size_4`. The clusters' centroids
-are all that is kept: a new value takes the quality of the nearest centroid, without a refit.
+are all that is kept: a new value takes the quality of the nearest centroid, without a refit. Fuzzy
+clusters keep a fuzzifier and norms too, and a new value belongs to several qualities, to degrees.
 """
 
 import builtins
 import itertools
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from math import fsum, inf, nextafter
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import ErsatzWarning, InputError
+from ersatz.grounding import fuzzy
 from ersatz.grounding.summaries import Histogram, Sample, Summary
 from ersatz.measurements import DIGITS, Property, rounded
 
@@ -32,6 +34,13 @@ FRACTION_LIMIT: Final = 2_000
 Where there are more, neighbours are first brought to about as many groups; so are the bins of a histogram.
 """
 
+USUAL_FUZZIFIER: Final = 2.0
+"""In the middle of what is recommended, 1.5 to 2.5 (Pal and Bezdek 1995); and with it, degrees need no
+powers, so that they are the same on every machine."""
+
+MOST_FUZZY: Final = 10.0
+"""With a greater fuzzifier everything belongs to everything alike."""
+
 
 @dataclass(frozen=True, slots=True)
 class SubcategorizationSettings:
@@ -45,11 +54,15 @@ class SubcategorizationSettings:
         Starts of k-means in several dimensions; with few of them the result depends on the seed.
     seed : int
         Of those starts. A single dimension is solved exactly and needs none.
+    fuzzifier : float
+        m; 1 is crisp, as in the paper. Above 1 values belong to several qualities: fuzzy c-means for
+        numbers, Gustafson-Kessel for vectors, both from the crisp clusters on.
     """
 
     clusters: int = 4
     restarts: int = 200
     seed: int = 0
+    fuzzifier: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse counts out of range."""
@@ -57,6 +70,11 @@ class SubcategorizationSettings:
             raise InputError(f"clusters is {self.clusters}: it lies between 1 and {MOST_CLUSTERS}")
         if self.restarts < 1:
             raise InputError(f"restarts is {self.restarts}: it must be 1 or more")
+        if not 1 <= self.fuzzifier <= MOST_FUZZY:
+            raise InputError(
+                f"fuzzifier is {self.fuzzifier}: it lies between 1 (crisp) and {MOST_FUZZY:g}, "
+                f"usually at {USUAL_FUZZIFIER:g}"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,12 +87,19 @@ class Qualities:
     centroids : (k, d) float64 array, in the property's unit, rounded to `DIGITS` fraction digits
         Ascending in 1-D; else in the order of their projections on the values' first principal axis.
     method : str
-        How they were found: "optimal", "histogram", "k-means", "sampled k-means" or "given".
+        How they were found: "optimal", "histogram", "k-means", "sampled k-means" or "given"; fuzzy ones
+        by "fuzzy c-means" or "Gustafson-Kessel", each perhaps "sampled".
+    fuzzifier : float
+        m; 1 where a value belongs to one quality alone.
+    norms : (k, d, d) float64 array, dimensionless, or None
+        By which each centroid's distances are measured (`fuzzy.degrees`); None if Euclidean.
     """
 
     property: Property
     centroids: NDArray[np.float64]
     method: str = "given"
+    fuzzifier: float = 1.0
+    norms: NDArray[np.float64] | None = None
 
     @builtins.property
     def names(self) -> tuple[str, ...]:
@@ -89,8 +114,43 @@ class Qualities:
         exact = [Decimal(repr(float(c))) for c in self.centroids[:, 0]]
         return tuple((low + high) / 2 for low, high in itertools.pairwise(exact))
 
+    @builtins.property
+    def fuzzy(self) -> bool:
+        """Whether a value may belong to several of them."""
+        return self.fuzzifier > 1
+
+    def same_cuts(self, other: "Qualities") -> bool:
+        """Return whether both give every value the same degrees."""
+        if self.norms is None or other.norms is None:
+            same_norms = self.norms is other.norms
+        else:
+            same_norms = np.array_equal(self.norms, other.norms)
+        return (
+            self.names == other.names
+            and self.fuzzifier == other.fuzzifier
+            and np.array_equal(self.centroids, other.centroids)
+            and same_norms
+        )
+
+    def degrees(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return (n, k): how far each value belongs to each quality, in millionths; rows add up to one.
+
+        Parameters
+        ----------
+        values : (n, d) array, in the property's unit
+        """
+        if self.fuzzy:
+            return fuzzy.degrees(values, self.centroids, self.norms, self.fuzzifier)
+        return fuzzy.DEGREE * np.eye(len(self.centroids), dtype=np.int64)[self.assign(values)]
+
+    def held(self, values: NDArray[np.float64]) -> NDArray[np.int8] | NDArray[np.int64]:
+        """Return what units with these values hold: the labels of `assign`, of fuzzy ones the `degrees`."""
+        return self.degrees(values) if self.fuzzy else self.assign(values)
+
     def assign(self, values: NDArray[np.float64]) -> NDArray[np.int8]:
-        """Return the index (rank - 1) of each value's nearest centroid, ties to the lower rank.
+        """Return the index (rank - 1) of the quality each value belongs to most, ties to the lower rank.
+
+        For crisp qualities that is the one with the nearest centroid.
 
         Parameters
         ----------
@@ -100,6 +160,8 @@ class Qualities:
         -------
         (n,) int8 array
         """
+        if self.fuzzy:
+            return most(self.degrees(values))
         if self.centroids.shape[1] == 1:
             cuts = np.array([_at_most(bound) for bound in self.bounds])
             return np.searchsorted(cuts, values[:, 0], side="left").astype(np.int8)
@@ -110,6 +172,12 @@ class Qualities:
         labels = self.assign(values)
         clusters = (values[labels == label] for label in np.unique(labels))
         return fsum(float(((c - c.mean(axis=0)) ** 2).sum()) for c in clusters)
+
+
+def most(degrees: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Return the index of the greatest degree of each row, ties to the lower rank."""
+    greatest: NDArray[np.int8] = degrees.argmax(axis=1).astype(np.int8)
+    return greatest
 
 
 def learn_qualities(
@@ -136,8 +204,9 @@ def fit_qualities(
     One dimension is solved exactly: the partition of least inertia, by dynamic programming. Where there
     are too many values for that, their histogram is solved, within a thousandth of the least inertia.
     Several dimensions take the best of many k-means starts, then Lloyd's steps in exact arithmetic until
-    nothing moves; where vectors are too many, on a sample of them. The result depends neither on the order
-    of the values nor on the number of threads.
+    nothing moves; where vectors are too many, on a sample of them. With a fuzzifier above 1 fuzzy clusters
+    are then found, from the crisp ones on. The result depends neither on the order of the values nor on
+    the number of threads.
 
     Warns
     -----
@@ -146,10 +215,10 @@ def fit_qualities(
     """
     settings = settings or SubcategorizationSettings()
     if isinstance(summary, Histogram):
-        distinct = summary.points
+        distinct, weights = summary.points, summary.counts
     else:
         vectors = summary.vectors[np.lexsort(summary.vectors.T[::-1])]
-        distinct = np.unique(vectors, axis=0)
+        distinct, weights = np.unique(vectors, axis=0, return_counts=True)
     k = min(settings.clusters, len(distinct))
     if k < settings.clusters:
         warnings.warn(
@@ -159,12 +228,40 @@ def fit_qualities(
             stacklevel=2,
         )
     if isinstance(summary, Histogram):
-        centroids, method = _fit_line(distinct, summary.counts, k, exact=summary.shift is None)
+        centroids, method = _fit_line(distinct, weights, k, exact=summary.shift is None)
     else:
         centroids, method = _fit_space(vectors, distinct, k, settings)
         if summary.seen > len(vectors):
             method = "sampled k-means"
-    return Qualities(prop, centroids, method)
+    crisp = Qualities(prop, centroids, method)
+    return crisp if settings.fuzzifier == 1 else _softened(crisp, distinct, weights, settings.fuzzifier)
+
+
+def _softened(
+    crisp: Qualities, distinct: NDArray[np.float64], weights: NDArray[np.int64], fuzzifier: float
+) -> Qualities:
+    """Return the fuzzy qualities that the crisp ones lead to; the crisp centroids if two become one."""
+    values = distinct[:, None] if distinct.ndim == 1 else distinct
+    given = replace(crisp, fuzzifier=fuzzifier)
+    if len(crisp.centroids) in (1, len(values)):
+        return given
+    found = fuzzy.soften(values, weights, crisp.centroids, fuzzifier)
+    if found is None or len(np.unique(found[0], axis=0)) < len(crisp.centroids):
+        warnings.warn(
+            f"{crisp.property.name!r} has fewer than {len(crisp.centroids)} fuzzy clusters: the crisp "
+            "ones are kept, with degrees",
+            ErsatzWarning,
+            stacklevel=4,
+        )
+        return given
+    centroids, norms = found
+    order = _order(centroids, np.repeat(values, weights, axis=0) if norms is not None else values)
+    method = "fuzzy c-means" if norms is None else "Gustafson-Kessel"
+    if crisp.method in ("histogram", "sampled k-means"):
+        method = f"sampled {method}"
+    return Qualities(
+        crisp.property, centroids[order], method, fuzzifier, None if norms is None else norms[order]
+    )
 
 
 def _fit_line(
@@ -290,7 +387,7 @@ def _fit_space(
 ) -> tuple[NDArray[np.float64], str]:
     """Return centroids of sorted value vectors, in the order of their ranks."""
     if len(distinct) == k:
-        return _in_order(distinct, values), "optimal"
+        return distinct[_order(distinct, values)], "optimal"
     from sklearn.cluster import KMeans
 
     fitted = KMeans(k, n_init=settings.restarts, random_state=settings.seed).fit(values)
@@ -303,16 +400,17 @@ def _fit_space(
         if np.array_equal(moved, centroids):
             break
         centroids = moved
-    return _in_order(centroids, values), "k-means"
+    return centroids[_order(centroids, values)], "k-means"
 
 
-def _in_order(centroids: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the centroids along the first principal axis of the values, its first component ascending."""
+def _order(centroids: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the order along the first principal axis of the values, its first component ascending."""
+    if values.shape[1] == 1:
+        return np.argsort(centroids[:, 0])
     axis = np.linalg.eigh(np.cov(values.T) if len(values) > 1 else np.eye(values.shape[1]))[1][:, -1]
     leading = axis[np.flatnonzero(np.abs(axis) > 1e-9)[0]]
     projection = np.round(centroids @ (axis * np.sign(leading)), DIGITS)
-    order = np.lexsort((*centroids.T[::-1], projection))
-    return centroids[order]
+    return np.lexsort((*centroids.T[::-1], projection))
 
 
 def _nearest(values: NDArray[np.float64], centroids: NDArray[np.float64]) -> NDArray[np.int8]:

@@ -46,7 +46,7 @@ class Histogram:
 
     @classmethod
     def of(cls, values: NDArray[np.float64], shift: int | None = None) -> "Histogram":
-        """Return the histogram of (n,) finite numbers, in bins at least as wide as 2^shift if one is given."""
+        """Return the histogram of (n,) finite numbers, in bins of 2^shift or more if that is given."""
         if shift is None:
             return cls(*_counted(values))._limited()
         shift = max(shift, _least_shift(values))
@@ -117,12 +117,31 @@ class Sample:
 Summary: TypeAlias = Histogram | Sample
 
 
-def summarize(column: Column, units: Units, measurements: Measurements, seed: int = 0) -> Summary:
-    """Return the summary of the values of a property: of one component a histogram, of several a sample."""
+def summarize(
+    column: Column,
+    units: Units,
+    measurements: Measurements,
+    seed: int = 0,
+    so_far: Summary | None = None,
+) -> Summary:
+    """Return the summary of the values of a property: of one component a histogram, of several a sample.
+
+    Parameters
+    ----------
+    column, units, measurements
+    seed : int
+        Of the sample.
+    so_far : Summary, optional
+        Of other values of the property, to be added.
+    """
     rows, values = unit_values(column, units, measurements)
+    summary: Summary
     if values.shape[1] == 1:
-        return Histogram.of(values[:, 0])
-    return Sample.of(values, unit_hashes(units, measurements, seed)[rows])
+        shift = so_far.shift if isinstance(so_far, Histogram) else None
+        summary = Histogram.of(values[:, 0], shift)
+    else:
+        summary = Sample.of(values, unit_hashes(units, measurements, seed)[rows])
+    return summary if so_far is None else merge(so_far, summary)
 
 
 def merge(one: Summary, two: Summary) -> Summary:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import pyoxigraph as ox
 
@@ -20,6 +20,7 @@ from ersatz.knowledge.queries import (
     stored_query,
     value_of,
 )
+from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
     DirectoryStore,
@@ -29,6 +30,7 @@ from ersatz.knowledge.stores import (
     format_of,
     is_directory_store,
     load_own,
+    one_line,
 )
 from ersatz.knowledge.writer import revision_line, revision_of
 from ersatz.measurements import Origin, Source
@@ -62,16 +64,37 @@ class Build:
     software: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class View(Generic[T]):
+    """How something is made of a knowledge base, where it can be brought up to date after a change.
+
+    Attributes
+    ----------
+    load : function
+    refresh : function
+        Of what was made before, the knowledge base, and the IRIs of the subjects of all triples added
+        or removed since; returns None to have all loaded anew.
+    """
+
+    load: Callable[["KnowledgeBase"], T]
+    refresh: Callable[[T, "KnowledgeBase", frozenset[str]], T | None]
+
+    def __call__(self, kb: "KnowledgeBase") -> T:
+        """Make it."""
+        return self.load(kb)
+
+
 class KnowledgeBase:
     """Grounded knowledge of objects, kept as OWL.
 
-    Reading never writes. What changes knowledge goes through `observe`, `forget` and `tell`; a file is
-    changed in memory until `save`, a directory or an endpoint at once.
+    Reading never writes, but for what `shelf` keeps. What changes knowledge goes through `observe`,
+    `forget` and `tell`; a file is changed in memory until `save`, a directory or an endpoint at once.
     """
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self._views: dict[object, Any] = {}
+        self._outdated: dict[View[Any], tuple[Any, set[str]]] = {}
         rows = self.ask("build")
         if not rows:
             raise KnowledgeBaseError(
@@ -145,6 +168,11 @@ class KnowledgeBase:
         return kb
 
     @property
+    def shelf(self) -> Path | None:
+        """The folder of a directory's snapshot, where what is made of what it holds may be kept."""
+        return self._store.snapshot if isinstance(self._store, DirectoryStore) else None
+
+    @property
     def location(self) -> str:
         """Where it was opened."""
         return self._store.location
@@ -199,6 +227,16 @@ class KnowledgeBase:
         assert isinstance(results, ox.QueryTriples)
         return results
 
+    def stream(self, text: str) -> Iterator[tuple[str | None, ...]]:
+        """Yield the rows of a SELECT query of our own as they are found, each term as its text."""
+        results = self._store.query(text)
+        assert isinstance(results, ox.QuerySolutions)
+        try:
+            for row in results:
+                yield tuple(None if term is None else term.value for term in row)
+        except (OSError, RuntimeError) as error:
+            raise KnowledgeBaseError(f"cannot read {self.location!r}: {one_line(error)}") from None
+
     def triples(self) -> Iterable[ox.Triple]:
         """Yield all triples."""
         rows: Any = self._store.query("SELECT ?s ?p ?o WHERE { ?s ?p ?o }")  # whose completeness is checked
@@ -207,7 +245,11 @@ class KnowledgeBase:
     def view(self, load: Callable[["KnowledgeBase"], T]) -> T:
         """Return what `load` makes of this knowledge base; made once, and again after a change."""
         if load not in self._views:
-            self._views[load] = load(self)
+            made = None
+            if isinstance(load, View) and load in self._outdated:
+                before, changed = self._outdated.pop(load)
+                made = load.refresh(before, self, frozenset(changed))
+            self._views[load] = load(self) if made is None else made
         found: T = self._views[load]
         return found
 
@@ -276,6 +318,11 @@ class KnowledgeBase:
             gone, come = [*gone, before], [*come, after]
         self._store.change(gone, come, before)
         self.revision = f"{revision:064x}"
+        self._outdated |= {
+            load: (made, set()) for load, made in self._views.items() if isinstance(load, View)
+        }
+        for _, changed in self._outdated.values():
+            changed.update(subjects([*gone, *come]))
         self._views.clear()
 
     def observe(

@@ -22,13 +22,21 @@ SELECT ?thing ?subject ?object ?degree WHERE {{
   ?model {v.DESCRIBES_CLASS} ?subject ; {v.HAS_ENTRY} ?thing .
   ?thing {v.QUALITY} ?object ; {v.PROPORTION} ?degree .
 }}"""
-_ANSWERS: Final = f"""
+_DEGREES: Final = f"""
 SELECT ?thing ?subject ?object ?degree WHERE {{
+  ?subject {v.HAS_MEASUREMENT} ?value .
+  ?value {v.HAS_ASSIGNMENT} ?thing .
+  ?thing {v.QUALITY} ?object ; {v.DEGREE} ?degree .
+}}"""
+_ANSWERS: Final = f"""
+SELECT ?thing ?subject ?object (COALESCE(?probability, ?similarity) AS ?degree) WHERE {{
   ?answer {v.MISSING_TOOL}/{v.DESCRIBES_CLASS} ?object ; {v.HAS_CANDIDATE} ?thing .
-  ?thing {v.CANDIDATE} ?who ; {v.SIMILARITY} ?degree ; {v.ACCEPTED} true .
+  ?thing {v.CANDIDATE} ?who ; {v.SIMILARITY} ?similarity ; {v.ACCEPTED} true .
+  OPTIONAL {{ ?thing {v.ACCEPTANCE_PROBABILITY} ?probability }}
   OPTIONAL {{ ?who {v.DESCRIBES_CLASS} ?class }}
   BIND(COALESCE(?class, ?who) AS ?subject)
 }}"""
+_REIFIED: Final = {"holds": (_MEMBERSHIPS, _DEGREES), "substitutes": (_ANSWERS,)}
 
 _FACTS: Final = (
     (v.RDFS + "subClassOf", f"?s rdfs:subClassOf {v.OBJECT} . BIND(oro:Artifact AS ?o)"),
@@ -47,8 +55,10 @@ def knowrob(knowledge: Iterable[ox.Triple]) -> Iterator[ox.Triple]:
 
     Every membership of a class model becomes a reified `ersatz:holds` of the class with its proportion
     as confidence, and occasional, because some objects of the class do not hold the quality. Every
-    accepted substitute becomes a reified `ersatz:substitutes` of the missing tool's class with the
-    similarity as confidence. Classes, objects and what they hold are kept as they are.
+    accepted substitute becomes a reified `ersatz:substitutes` of the missing tool's class; its confidence
+    is the probability that it stands in or, where that was not asked, its similarity. With fuzzy grounding
+    every degree of an object's value becomes a reified `ersatz:holds` of the object with the degree as
+    confidence. Classes, objects and what they hold are kept as they are.
 
     Parameters
     ----------
@@ -56,13 +66,14 @@ def knowrob(knowledge: Iterable[ox.Triple]) -> Iterator[ox.Triple]:
         The knowledge base, such as `KnowledgeBase.triples()`.
     """
     store = _store(knowledge)
-    for relation, occasional, query in (("holds", True, _MEMBERSHIPS), ("substitutes", False, _ANSWERS)):
+    for relation, queries in _REIFIED.items():
         kind = ox.NamedNode(f"{v.ERSATZ}Reified_{relation}")
         yield ox.Triple(kind, v.TYPE, v.OWL_CLASS)
         yield ox.Triple(kind, v.SUBCLASS_OF, ox.NamedNode(KNOWROB + "ReifiedRelation"))
         yield ox.Triple(ox.NamedNode(v.ERSATZ + relation), v.TYPE, ox.NamedNode(v.OWL + "ObjectProperty"))
-        for row in _rows(store, query):
-            yield from _reified(row, kind, occasional)
+        for query in queries:
+            for row in _rows(store, query):
+                yield from _reified(row, kind, occasional=query is _MEMBERSHIPS)
     yield from _plain(store)
 
 

@@ -62,6 +62,42 @@ class FunctionModel:
 
 
 @dataclass(frozen=True, slots=True)
+class Chances:
+    """How sure it is what a candidate is, of an answer with confidence.
+
+    Attributes
+    ----------
+    accepted, best : Decimal
+        Probability that it stands in, and that no other candidate is more similar; in [0, 1].
+    low, high : Decimal
+        Its similarity lies between them with the probability of `Drawing.level`.
+    """
+
+    accepted: Decimal
+    best: Decimal
+    low: Decimal
+    high: Decimal
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How the chances of an answer were found.
+
+    Attributes
+    ----------
+    draws : int
+    level : Decimal
+        Credible level of the intervals.
+    prior : Decimal
+        What the prior weighs, in observed units.
+    """
+
+    draws: int
+    level: Decimal
+    prior: Decimal
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate:
     """How one object compares with what is relevant in a missing tool.
 
@@ -73,6 +109,8 @@ class Candidate:
         Rounded half-even to 6 places; in [0, 1].
     accepted : bool
     shared, lacking, extra : tuple of quality names, ascending
+    chances : Chances, optional
+        How sure that is, where it was asked.
     """
 
     iri: str
@@ -81,6 +119,7 @@ class Candidate:
     shared: tuple[str, ...]
     lacking: tuple[str, ...]
     extra: tuple[str, ...]
+    chances: Chances | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +140,8 @@ class SubstitutionModel:
         Of the knowledge it was computed from.
     relevant_physical, relevant_functional : tuple of quality names
     candidates : tuple of Candidate, ascending by IRI
+    drawing : Drawing, optional
+        Where the candidates have chances.
     """
 
     iri: str
@@ -113,6 +154,7 @@ class SubstitutionModel:
     relevant_physical: tuple[str, ...]
     relevant_functional: tuple[str, ...]
     candidates: tuple[Candidate, ...]
+    drawing: Drawing | None = None
 
     @property
     def substitutes(self) -> tuple[str, ...]:

@@ -72,6 +72,13 @@ def paragraphs(triples: Iterable[ox.Triple | ox.Quad], folder: Path | None = Non
     yield from _joined(merge(*map(_unspill, runs)))
 
 
+def lines(triples: Iterable[ox.Triple | ox.Quad], folder: Path | None = None) -> Iterator[str]:
+    """Yield the triples as lines of N-Triples, in the order of the file."""
+    for _, subject, pairs in paragraphs(triples, folder):
+        for predicate, value in pairs:
+            yield f"{subject} {predicate} {value} .\n"
+
+
 def batched(items: Iterable[T], size: int) -> Iterator[list[T]]:
     """Yield the items in lists of at most `size` (Python 3.12 has this in itertools)."""
     rest = iter(items)
@@ -104,7 +111,7 @@ def _placed(group: Iterable[tuple[str, Pairs]], places: dict[str, Place]) -> Ite
         names = _parts(subject)
         place = places.get(subject)
         if place is None:
-            owner, dash, _ = subject.rpartition("-")
+            owner, dash, _ = subject.partition("-")
             place = places.get(f"{owner}>" if dash else _model(subject, names[0]), _INSTANCES)
         yield (*place, names), subject, sorted(pairs, key=_pair_order)
 

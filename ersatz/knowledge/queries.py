@@ -35,15 +35,16 @@ _PARAMETER: Final = re.compile(
 )
 _UNTYPED: Final = re.compile(r"[?$]_\w+")
 _HEADER: Final = re.compile(r"^#\+ ?(\w+):\s*(.*)$")
-_NOISE: Final = re.compile(
-    r"""<[^\x00-\x20<>"{}|^`\\]*>  # an IRI, as the grammar has it: anything laxer could span a SERVICE
-    | \"{3} (?: "{0,2} (?:[^"\\]|\\.) )* \"{3} | '{3} (?: '{0,2} (?:[^'\\]|\\.) )* '{3}
-    | "(?:[^"\\\r\n]|\\.)*" | '(?:[^'\\\r\n]|\\.)*'
-    | \#[^\r\n]*
-    | [?$]\w+ | @[\w-]+
-    | :[\w.:%-]*  # the local part of a prefixed name""",
-    re.VERBOSE | re.DOTALL,
+_GAP: Final = r"(?:\s|\#[^\n\r]*)*"
+_SERVICE: Final = re.compile(
+    rf"(?P<name>[?$]\w*|:[\w-]*|@[A-Za-z0-9-]*)?SERVICE(?={_GAP}(?:SILENT)?{_GAP}(?:<|\w?[\w.-]*:|[?$]))",
+    re.IGNORECASE,
 )
+"""The word before what could be a server, and the name it may be the end of.
+
+The text is searched, not tokenised: a scanner that skips strings, IRIs and comments can be led to skip a
+keyword the engine sees (`<` is an operator and opens an IRI), and engines need no space around keywords.
+"""
 _ESCAPE: Final = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 
 
@@ -197,11 +198,23 @@ def read_query(path: Path) -> Query:
 
 
 def refuse_foreign_access(source: str) -> None:
-    """Raise if a query asks other servers; it could carry knowledge away or hang."""
-    # Engines decode \\uXXXX before they read anything else, and need no space before a keyword.
-    plain = _ESCAPE.sub(lambda found: chr(min(int(found[1] or found[2], 16), 0x10FFFF)), source)
-    if "SERVICE" in _NOISE.sub(" ", plain).upper():
-        raise InputError("SERVICE is not allowed: a query may only read this knowledge base")
+    """Raise if a query asks other servers; it could carry knowledge away or hang.
+
+    Raises
+    ------
+    InputError
+        If it does, or has the word before what looks like a server, in a string too.
+    """
+    if any(found["name"] is None for found in _SERVICE.finditer(unescaped(source))):
+        raise InputError(
+            "SERVICE is not allowed: a query may only read this knowledge base (in a string, do not let "
+            "'<', '?' or a prefix follow the word)"
+        )
+
+
+def unescaped(source: str) -> str:
+    """Return a query as engines read it: they decode \\uXXXX before anything else."""
+    return _ESCAPE.sub(lambda found: chr(min(int(found[1] or found[2], 16), 0x10FFFF)), source)
 
 
 def value_of(term: object) -> Value:

@@ -5,19 +5,17 @@ without a word. Each of these would read as less knowledge than there is, so eac
 """
 
 import re
-import threading
 from collections.abc import Iterable
-from http.client import HTTPException
-from queue import Empty, SimpleQueue
+from pathlib import Path
 from typing import Any, Final
-from urllib.error import HTTPError
-from urllib.parse import SplitResult, parse_qs, urlencode, urlsplit
-from urllib.request import Request, urlopen
+from urllib.parse import parse_qs, urlencode
+from urllib.request import Request
 
 import pyoxigraph as ox
 
-from ersatz.errors import InputError, KnowledgeBaseError, LockedError
+from ersatz.errors import KnowledgeBaseError, LockedError
 from ersatz.knowledge.stores import Results, change_text, one_line
+from ersatz.knowledge.transport import Transport, checked
 
 _TABLES: Final = ("application/sparql-results+json", "application/json")
 _GRAPHS: Final = {
@@ -37,19 +35,22 @@ class RemoteStore:
 
     The URL's own query string is kept with every request; its `default-graph-uri`, if any, is also the
     graph that changes go to. Changes go to `update`; without it to the query endpoint's sibling
-    `update`, as Oxigraph and Fuseki have it, where the path ends in `query` or `sparql`.
+    `update`, as Oxigraph and Fuseki have it, where the path ends in `query` or `sparql`. A server that
+    wants a login is answered from the file `credentials`, or the one `ERSATZ_CREDENTIALS` names.
     """
 
-    def __init__(self, url: str, update: str | None = None, timeout: float = 60.0) -> None:
-        parts = _checked(url)
+    def __init__(
+        self, url: str, update: str | None = None, timeout: float = 60.0, credentials: Path | None = None
+    ) -> None:
+        parts = checked(url)
         self.location = url
-        self._timeout = timeout
+        self._transport = Transport(timeout, credentials)
         self._whole = 0
-        self._graph = parse_qs(parts.query).get("default-graph-uri", [None])[0]
+        self.graph = parse_qs(parts.query).get("default-graph-uri", [None])[0]
         head, _, last = parts.path.rpartition("/")
         sibling = f"{head}/update" if last in ("query", "sparql") else parts.path
         self._update = update or parts._replace(path=sibling, query="").geturl()
-        _checked(self._update)
+        checked(self._update)
 
     def query(self, text: str) -> Results:
         """Answer a SPARQL 1.1 query.
@@ -75,9 +76,13 @@ class RemoteStore:
     def change(self, remove: Iterable[str], add: Iterable[str], guard: str) -> None:
         """Send one update request; raise if someone else's came first."""
         add = list(add)
-        self._post(self._update, {"update": change_text(remove, add, guard, self._graph)}, "*/*")
+        self.update(change_text(remove, add, guard, self.graph))
         if add and not self.query(f"ASK {{ {add[-1]} }}"):
             raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
+
+    def update(self, text: str) -> None:
+        """Send a SPARQL 1.1 update."""
+        self._post(self._update, {"update": text}, "*/*")
 
     def close(self) -> None:
         """Nothing is held."""
@@ -152,25 +157,9 @@ class RemoteStore:
         return KnowledgeBaseError(f"{self.location!r} did not answer in SPARQL: {what}; check the URL")
 
     def _post(self, url: str, form: dict[str, str], accept: str) -> tuple[bytes, str]:
-        """Return the answer's body and media type.
-
-        A socket's timeout starts anew with every byte, so a thread waits for the whole of it.
-        """
+        """Return the answer's body and media type."""
         headers = {"Accept": accept, "Content-Type": "application/x-www-form-urlencoded; charset=utf-8"}
-        request = Request(url, urlencode(form).encode(), headers)
-        answers: SimpleQueue[tuple[bytes, str] | KnowledgeBaseError] = SimpleQueue()
-        threading.Thread(
-            target=lambda: answers.put(_exchange(request, self._timeout)), daemon=True, name="ersatz-remote"
-        ).start()
-        try:
-            answer = answers.get(timeout=self._timeout)
-        except Empty:
-            raise KnowledgeBaseError(
-                f"{url!r} did not answer within {self._timeout:g} s: ask for less, or try again later"
-            ) from None
-        if isinstance(answer, KnowledgeBaseError):
-            raise answer
-        return answer
+        return self._transport.send(Request(url, urlencode(form).encode(), headers))
 
 
 def _is_virtuosos_no(results: Results) -> bool:
@@ -178,45 +167,6 @@ def _is_virtuosos_no(results: Results) -> bool:
     if not isinstance(results, ox.QuerySolutions):
         return False
     return [one.value for one in results.variables] == ["__ASK_RETVAL"] and not any(True for _ in results)
-
-
-def _exchange(request: Request, timeout: float) -> tuple[bytes, str] | KnowledgeBaseError:
-    """Return the answer to a request, or what went wrong."""
-    url = request.full_url
-    try:
-        with urlopen(request, timeout=timeout) as answer:
-            return answer.read(), answer.headers.get_content_type()
-    except HTTPError as error:
-        return KnowledgeBaseError(f"{url!r} answered {error.code} {error.reason}{_reason(error)}")
-    except HTTPException as error:
-        return KnowledgeBaseError(f"{url!r} broke off its answer: {one_line(repr(error))}")
-    except (OSError, ValueError) as error:
-        return KnowledgeBaseError(f"cannot reach {url!r}: {one_line(error)}")
-
-
-def _reason(error: HTTPError) -> str:
-    """Return the beginning of what an error's page says."""
-    try:
-        words = one_line(error.read(400).decode(errors="replace"))
-    except (HTTPException, OSError):
-        return ""
-    return f": {words}" if words else ""
-
-
-def _checked(url: str) -> SplitResult:
-    """Return the parts of an endpoint's URL; raise where it is none."""
-    try:
-        parts = urlsplit(url)
-        whole = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
-    except ValueError:
-        whole = None
-    if not whole or not url.isascii() or " " in url:
-        raise InputError(f"{url!r} is not the URL of a SPARQL endpoint: give http://host/path")
-    if parts.username is not None:
-        raise InputError(
-            f"the URL of {parts.hostname!r} holds a name: endpoints with a login are not supported"
-        )
-    return parts
 
 
 def _split(text: str) -> tuple[str, str]:

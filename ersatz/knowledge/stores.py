@@ -4,6 +4,7 @@ A store answers queries and applies a change as a whole or not at all. All of th
 terms. Nothing here knows what the triples mean.
 """
 
+import ctypes
 import gzip
 import os
 import shutil
@@ -18,6 +19,10 @@ from typing import BinaryIO, Final, Protocol, TypeAlias
 import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, LockedError
+from ersatz.knowledge import shelf
+from ersatz.knowledge import vocabulary as v
+
+_BUILD: Final = ox.NamedNode(f"{v.KB}build_1")
 
 Results: TypeAlias = ox.QuerySolutions | ox.QueryBoolean | ox.QueryTriples
 
@@ -113,8 +118,9 @@ class DirectoryStore:
     Layout: `store/` is the writer's database; `snapshots/<n>/` are consistent copies (hard links) that
     readers open; the file `current` names the newest. A change is one transaction, then a snapshot,
     then an atomic swing of `current`: whoever is killed when, the next to open finds the knowledge
-    before the change or after it. The file `unpublished` stands while the two may differ; who finds it
-    and no writer publishes what was committed.
+    before the change or after it. The file `unpublished` stands while the two may differ, and names the
+    subjects of the change; who finds it and no writer publishes what was committed. A snapshot may hold
+    a `shelf`, which a change carries over to the next.
     """
 
     def __init__(self, path: Path) -> None:
@@ -123,6 +129,7 @@ class DirectoryStore:
         self._writer: ox.Store | None = None
         self._reader: ox.Store | None = None
         self._pin: BinaryIO | None = None
+        self._snapshot: Path | None = None
         if (path / "unpublished").exists():
             with suppress(KnowledgeBaseError, OSError):  # a writer is at it, or we may only read
                 _publish(self._lock(), path)
@@ -172,12 +179,24 @@ class DirectoryStore:
             if not held:
                 self._writer = None  # read on from the snapshot that was opened
             raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
+        gone, come, self._snapshot = list(remove), list(add), None
         try:
-            (self.path / "unpublished").touch()
-            writer.update(change_text(remove, add, guard))
-            _publish(writer, self.path)
+            with (self.path / "unpublished").open("a", encoding="utf-8") as file:
+                file.write("\n" + "\n".join(shelf.subjects([*gone, *come])))
+            writer.update(change_text(gone, come, guard))
+            self._snapshot = _publish(writer, self.path)
         except OSError as error:
             raise KnowledgeBaseError(f"cannot write to {self.location!r}: {one_line(error)}") from None
+
+    @property
+    def snapshot(self) -> Path | None:
+        """The folder of the published snapshot that is what is read; None if it is not there any more."""
+        if self._snapshot is None or self._writer is not None or self._pin is None:
+            return self._snapshot
+        with suppress(OSError):
+            if os.path.samestat(os.fstat(self._pin.fileno()), (self._snapshot / "CURRENT").stat()):
+                return self._snapshot
+        return None
 
     def close(self) -> None:
         """Release the writer's lock and the reader's snapshot."""
@@ -197,6 +216,7 @@ class DirectoryStore:
                 newest = self.path / "snapshots" / (self.path / "current").read_text().strip()
                 self._pin = _pin(newest)
                 self._reader = ox.Store.read_only(str(newest))
+                self._snapshot = newest
                 return
             except FileNotFoundError:
                 time.sleep(0.01)  # the snapshot was retired between reading its name and opening it
@@ -232,19 +252,25 @@ def _open_writer(path: Path) -> ox.Store:
         raise KnowledgeBaseError(f"cannot write to {str(path)!r}: {one_line(error)}") from None
 
 
-def _publish(engine: ox.Store, path: Path) -> None:
+def _publish(engine: ox.Store, path: Path) -> Path:
     """Copy the writer's state for readers, swing `current` to it, and retire what nobody reads."""
-    snapshots, current = path / "snapshots", path / "current"
+    snapshots, current, unpublished = path / "snapshots", path / "current", path / "unpublished"
     numbers = [int(p.name) for p in snapshots.iterdir() if p.name.isdigit()]
     newest = snapshots / f"{max(numbers, default=0) + 1:08d}"
     engine.backup(str(newest))
+    stated = next(engine.quads_for_pattern(_BUILD, v.REVISION, None), None)
+    if stated is not None and current.exists() and unpublished.exists():
+        changed = unpublished.read_text(encoding="utf-8").split()
+        revision = str(stated.object).strip('"')
+        shelf.carry(snapshots / current.read_text().strip(), newest, revision, changed)
     pending = path / "current.new"
     pending.write_text(newest.name)
     pending.replace(current)
-    (path / "unpublished").unlink(missing_ok=True)
+    unpublished.unlink(missing_ok=True)
     for old in snapshots.iterdir():
         if old != newest:
             _retire(old)
+    return newest
 
 
 def _swap(fresh: Path, path: Path) -> None:
@@ -258,11 +284,25 @@ def _swap(fresh: Path, path: Path) -> None:
             raise
         except KnowledgeBaseError:
             pass  # damaged: all the more reason to replace it
-    if path.exists():
-        path.rename(old)
-    fresh.rename(path)
+    if not (path.exists() and _exchange(fresh, path)):
+        if path.exists():
+            path.rename(old)
+        fresh.rename(path)
     del writer
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Exchange the names of two directories at once, so that neither is missing for a moment.
+
+    False where the system or the file system cannot (any but Linux): a kill between the two renames that
+    are needed then leaves the older knowledge base beside its place, as `.NAME.old-PID`.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    rename = getattr(ctypes.CDLL(None), "renameat2", None)
+    here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    return rename is not None and rename(here, os.fsencode(one), here, os.fsencode(other), exchange) == 0
 
 
 def _pin(snapshot: Path) -> BinaryIO | None:

@@ -1,16 +1,17 @@
 """Remembered answers: substitution models to triples and back."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.models import Candidate, SubstitutionModel
+from ersatz.knowledge.models import Candidate, Chances, Drawing, SubstitutionModel
 from ersatz.knowledge.names import local_name, snake_iri, snake_name
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.stores import lines_of
-from ersatz.knowledge.terms import decimal, english, finite, iri, text
+from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, text
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -26,7 +27,7 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
     """Yield a substitution model as lines of N-Triples."""
     subject = iri(model.iri)
     tool = local_name(model.missing)
-    yield from _individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
+    yield from individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
     for predicate, value in (
         (v.MISSING_TOOL, _thing(model.missing)),
         (v.THETA, decimal(finite(model.theta))),
@@ -37,6 +38,10 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
         (v.WAS_GENERATED_BY, iri(f"{v.KB}build_1")),
     ):
         yield f"{subject} {predicate} {value} .\n"
+    if model.drawing:
+        yield f"{subject} {v.DRAWS} {integer(model.drawing.draws)} .\n"
+        yield f"{subject} {v.CREDIBLE_LEVEL} {decimal(model.drawing.level)} .\n"
+        yield f"{subject} {v.PRIOR_COUNT} {decimal(model.drawing.prior)} .\n"
     for predicate, names in (
         (v.RELEVANT_PHYSICAL_QUALITY, model.relevant_physical),
         (v.RELEVANT_FUNCTIONAL_QUALITY, model.relevant_functional),
@@ -59,6 +64,7 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
         sets = parts.setdefault(key, {"shared": [], "lacking": [], "extra": []})
         if found["quality"]:
             sets[str(found["part"])].append(local_name(str(found["quality"])))
+    chances, drawing = _chances(kb, model_iri)
     return SubstitutionModel(
         model_iri,
         str(row["tool"]),
@@ -69,26 +75,42 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
         str(row["revision"]),
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "physical"),
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "functional"),
-        tuple(
-            Candidate(
-                key, *decisions[key], *(tuple(sorted(parts[key][p])) for p in ("shared", "lacking", "extra"))
-            )
-            for key in sorted(decisions)
-        ),
+        tuple(_candidate(key, *decisions[key], parts[key], chances.get(key)) for key in sorted(decisions)),
+        drawing,
     )
 
 
+def _candidate(
+    name: str, similarity: Decimal, accepted: bool, parts: Mapping[str, list[str]], chances: Chances | None
+) -> Candidate:
+    shared, lacking, extra = (tuple(sorted(parts[part])) for part in ("shared", "lacking", "extra"))
+    return Candidate(name, similarity, accepted, shared, lacking, extra, chances)
+
+
+def _chances(kb: "KnowledgeBase", model_iri: str) -> tuple[dict[str, Chances], Drawing | None]:
+    rows = kb.ask("substitution_confidence", model=model_iri)
+    chances = {
+        str(row["candidate"]): Chances(*(_decimal(row[name]) for name in ("accepted", "best", "low", "high")))
+        for row in rows
+    }
+    drawn = (Drawing(int(str(row["draws"])), _decimal(row["level"]), _decimal(row["prior"])) for row in rows)
+    return chances, next(drawn, None)
+
+
 def remember(kb: "KnowledgeBase", model: SubstitutionModel) -> None:
-    """Write an answer into the knowledge base, joined with what is remembered under the same IRI."""
+    """Write an answer into the knowledge base, joined with what is remembered under the same IRI.
+
+    How sure an answer is holds for its own candidates together: others lose theirs.
+    """
     old: list[str] = []
     candidates = {candidate.iri: candidate for candidate in model.candidates}
     if model.iri in kb.view(remembered):
         before = load_substitution(kb, model.iri)
         old = list(substitution_lines(before))
-        candidates = {candidate.iri: candidate for candidate in before.candidates} | candidates
+        others = (replace(candidate, chances=None) for candidate in before.candidates)
+        candidates = {candidate.iri: candidate for candidate in others} | candidates
     joined = tuple(candidates[key] for key in sorted(candidates))
-    fields = {name: getattr(model, name) for name in SubstitutionModel.__slots__}
-    kb.tell(old, substitution_lines(SubstitutionModel(**(fields | {"candidates": joined}))))
+    kb.tell(old, substitution_lines(replace(model, candidates=joined)))
 
 
 def remembered(kb: "KnowledgeBase") -> dict[str, str]:
@@ -112,10 +134,15 @@ def _candidate_lines(subject: str, model_iri: str, tool: str, candidate: Candida
     node, thing = iri(f"{model_iri}__{name}"), _thing(candidate.iri)
     yield f"{subject} {v.HAS_CANDIDATE} {node} .\n"
     yield f"{subject} {v.SUBSTITUTE if candidate.accepted else v.NON_SUBSTITUTE} {thing} .\n"
-    yield from _individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
+    yield from individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
     yield f"{node} {v.CANDIDATE} {thing} .\n"
     yield f"{node} {v.SIMILARITY} {decimal(candidate.similarity)} .\n"
     yield f'{node} {v.ACCEPTED} "{str(candidate.accepted).lower()}"^^<{v.XSD}boolean> .\n'
+    if sure := candidate.chances:
+        yield f"{node} {v.ACCEPTANCE_PROBABILITY} {decimal(sure.accepted)} .\n"
+        yield f"{node} {v.BEST_PROBABILITY} {decimal(sure.best)} .\n"
+        yield f"{node} {v.SIMILARITY_LOW} {decimal(sure.low)} .\n"
+        yield f"{node} {v.SIMILARITY_HIGH} {decimal(sure.high)} .\n"
     for predicate, names in (
         (v.SHARED, candidate.shared),
         (v.LACKING, candidate.lacking),
@@ -129,12 +156,6 @@ def _thing(name: str) -> str:
     """Return the individual that stands for a candidate: a class's model, or the instance itself."""
     local = local_name(name)
     return iri(f"{v.KB}model_{local}" if local[0].isupper() or not name.startswith(v.KB) else name)
-
-
-def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
-    yield f"{subject} {v.TYPE} {v.NAMED_INDIVIDUAL} .\n"
-    yield f"{subject} {v.TYPE} {type_} .\n"
-    yield f"{subject} {v.LABEL} {english(label)} .\n"
 
 
 def _decimal(value: object) -> Decimal:

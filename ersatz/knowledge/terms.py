@@ -1,5 +1,6 @@
-"""Numbers and strings as RDF writes them: canonical, so that equal values are equal text in every store."""
+"""Terms as RDF writes them: canonical, so that equal values are equal text in every store."""
 
+from collections.abc import Iterator
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import lru_cache
@@ -8,10 +9,11 @@ from pyoxigraph import Literal, NamedNode
 
 from ersatz.errors import InputError
 from ersatz.grounding.conceptualization import DEGREE
-from ersatz.knowledge.vocabulary import XSD
+from ersatz.knowledge.vocabulary import LABEL, NAMED_INDIVIDUAL, TYPE, XSD
 
 _DECIMAL = f"^^<{XSD}decimal>"
 _INTEGER = f"^^<{XSD}integer>"
+_TYPE, _INDIVIDUAL, _LABEL = str(TYPE), str(NAMED_INDIVIDUAL), str(LABEL)
 PROPORTION_DIGITS = 6
 
 
@@ -62,6 +64,15 @@ def degree_text(count: int) -> str:
     return f"{whole}.{part:06d}".rstrip("0") if part else str(whole)
 
 
+def rough_text(count: int) -> str:
+    """Return a count kept in millionths as a person reads it: to a hundredth.
+
+    >>> rough_text(3_601_978), rough_text(7_000_000)
+    ('3.6', '7')
+    """
+    return degree_text(round(count, -4))
+
+
 def millionths(count: Decimal) -> int:
     """Return a count as whole millionths.
 
@@ -101,3 +112,10 @@ def english(value: str) -> str:
 def iri(value: str) -> str:
     """Return an IRI in N-Triples; one that is not valid raises ValueError."""
     return str(NamedNode(value))
+
+
+def individual(subject: str, type_: object, label: str) -> Iterator[str]:
+    """Yield what is said of every named thing: that it is an individual, its type, its English label."""
+    yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
+    yield f"{subject} {_TYPE} {type_} .\n"
+    yield f"{subject} {_LABEL} {english(label)} .\n"

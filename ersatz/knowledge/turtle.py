@@ -11,7 +11,7 @@ from typing import IO, Final, cast
 import pyoxigraph as ox
 
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.paragraphs import batched, paragraphs
+from ersatz.knowledge.paragraphs import batched, lines, paragraphs
 from ersatz.knowledge.stores import format_of
 
 _PIECE: Final = 10_000
@@ -43,7 +43,7 @@ def write_file(triples: Iterable[ox.Triple | ox.Quad], path: Path) -> None:
             if format_ is ox.RdfFormat.TURTLE:
                 _write(turtle(triples, path.parent), file)
             elif format_ is ox.RdfFormat.N_TRIPLES:
-                _write(_lines(triples, path.parent), file)
+                _write(lines(triples, path.parent), file)
             else:
                 ox.serialize(_ordered(triples, path.parent), file, format_, prefixes=dict(v.PREFIXES))
         pending.replace(path)
@@ -72,14 +72,8 @@ def turtle(triples: Iterable[ox.Triple | ox.Quad], folder: Path | None = None) -
         yield " .\n"
 
 
-def _lines(triples: Iterable[ox.Triple | ox.Quad], folder: Path) -> Iterator[str]:
-    for _, subject, pairs in paragraphs(triples, folder):
-        for predicate, value in pairs:
-            yield f"{subject} {predicate} {value} .\n"
-
-
 def _ordered(triples: Iterable[ox.Triple | ox.Quad], folder: Path) -> Iterator[ox.Triple]:
-    for piece in batched(_lines(triples, folder), _PIECE):
+    for piece in batched(lines(triples, folder), _PIECE):
         for quad in ox.parse("".join(piece).encode(), format=ox.RdfFormat.N_TRIPLES, lenient=True):
             yield quad.triple
 

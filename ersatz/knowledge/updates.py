@@ -130,14 +130,32 @@ def read_qualities(kb: "KnowledgeBase") -> tuple[Qualities, ...]:
         places.setdefault(str(row["quality"]), []).append(row["coordinate"])
     centroids: dict[str, list[list[float]]] = {}
     methods: dict[str, str] = {}
+    fuzzifiers: dict[str, float] = {}
     for row in kb.ask("qualities"):
         name = str(row["property"])
         place = places.get(str(row["quality"])) or [row["centroid"]]
         centroids.setdefault(name, []).append([float(_number(value)) for value in place])
         methods[name] = str(row["method"] or "given")
+        fuzzifiers[name] = float(_number(row["fuzzifier"] if row["fuzzifier"] is not None else 1))
+    norms = _read_norms(kb) if max(fuzzifiers.values(), default=1) > 1 else {}
     return tuple(
-        Qualities(properties[name], np.array(rows), methods[name]) for name, rows in centroids.items()
+        Qualities(properties[name], np.array(rows), methods[name], fuzzifiers[name], norms.get(name))
+        for name, rows in centroids.items()
     )
+
+
+def _read_norms(kb: "KnowledgeBase") -> dict[str, NDArray[np.float64]]:
+    """Return the matrices of the qualities' distances by property, ranks in order."""
+    found: dict[str, dict[tuple[int, int, int], float]] = {}
+    for row in kb.ask("quality_norms"):
+        rank, one, other = (int(_number(row[name])) - 1 for name in ("rank", "row", "column"))
+        elements = found.setdefault(str(row["property"]), {})
+        elements[rank, one, other] = elements[rank, other, one] = float(_number(row["element"]))
+    norms = {}
+    for name, elements in found.items():
+        norms[name] = np.zeros(np.max([*elements], axis=0) + 1)
+        norms[name][tuple(np.transpose([*elements]))] = [*elements.values()]
+    return norms
 
 
 def read_counts(kb: "KnowledgeBase", qualities: tuple[Qualities, ...], label: str) -> Counts:

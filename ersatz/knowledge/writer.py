@@ -12,18 +12,29 @@ from hashlib import sha256
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ersatz.grounding.attribution import Attribution
+from ersatz.grounding.attribution import Attribution, most_held
 from ersatz.grounding.conceptualization import Counts
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, unit_values
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.names import class_iri, class_name, distinct, model_iri, snake_iri, snake_name
+from ersatz.knowledge.names import (
+    class_iri,
+    class_name,
+    distinct,
+    local_name,
+    model_iri,
+    snake_iri,
+    snake_name,
+)
 from ersatz.knowledge.terms import (
     decimal,
+    degree,
     degree_text,
     english,
     finite,
+    individual,
     integer,
     iri,
     proportion_text,
@@ -117,7 +128,7 @@ def class_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[str]:
         (v.SUBCLASS_OF, v.OBJECT),
         (v.LABEL, english(label)),
     )
-    yield from _individual(model, v.CLASS_MODEL, f"what is known of {label}")
+    yield from individual(model, v.CLASS_MODEL, f"what is known of {label}")
     yield f"{model} {v.DESCRIBES_CLASS} {concept} .\n"
     yield f"{model} {v.INSTANCE_COUNT} {integer(int(counts.units[row]))} .\n"
     yield from _entries(
@@ -131,7 +142,7 @@ def function_knowledge(counts: Counts, row: int, theta: Fraction) -> Iterator[st
     if not counts.function_totals[row].any():
         return
     model = iri(f"{v.KB}model_{snake_name(name)}")
-    yield from _individual(model, v.FUNCTION_MODEL, f"what goes with {name}")
+    yield from individual(model, v.FUNCTION_MODEL, f"what goes with {name}")
     yield f"{model} {v.FOR_FUNCTION} {iri(snake_iri(name))} .\n"
     observed, totals = counts.function_counts[row], counts.function_totals[row]
     yield from _entries(model, snake_name(name), name, counts, observed, totals, theta)
@@ -142,16 +153,15 @@ def instance_knowledge(measurements: Measurements, units: Units, attribution: At
     for instance, label in zip(
         measurements.instances.tolist(), measurements.instance_class.tolist(), strict=True
     ):
-        yield from _individual(
-            iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance
-        )
+        yield from individual(iri(snake_iri(instance)), iri(class_iri(measurements.classes[label])), instance)
     columns = {column.property.name: column for column in measurements.columns}
     for quality, held in zip(attribution.qualities, attribution.held, strict=True):
         column = columns.get(quality.property.name)
         if column is None:
             continue
         qualities = [iri(snake_iri(name)) for name in quality.names]
-        pairs = sorted({(int(units.instance[u]), int(held[u])) for u in np.flatnonzero(held >= 0)})
+        labels = most_held(held)
+        pairs = sorted({(int(units.instance[u]), int(labels[u])) for u in np.flatnonzero(labels >= 0)})
         for instance_index, rank in pairs:
             instance = snake_iri(str(measurements.instances[instance_index]))
             yield f"{iri(instance)} {v.HOLDS} {qualities[rank]} .\n"
@@ -217,6 +227,11 @@ _KNOWLEDGE: Final = frozenset(
             v.UNIT,
             v.HAS_AXIS,
             v.POSITION,
+            v.FUZZIFIER,
+            v.HAS_NORM_ELEMENT,
+            v.ROW_AXIS,
+            v.COLUMN_AXIS,
+            v.ELEMENT,
         ),
     )
 )
@@ -225,12 +240,6 @@ _KNOWLEDGE: Final = frozenset(
 def _node(subject: str, *pairs: tuple[object, object]) -> Iterator[str]:
     for predicate, value in pairs:
         yield f"{subject} {predicate} {value} .\n"
-
-
-def _individual(subject: str, type_: object, label: str) -> Iterator[str]:
-    yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
-    yield f"{subject} {_TYPE} {type_} .\n"
-    yield f"{subject} {_LABEL} {english(label)} .\n"
 
 
 def _header() -> Iterator[str]:
@@ -243,7 +252,7 @@ def _header() -> Iterator[str]:
 
 
 def _build(record: BuildRecord) -> Iterator[str]:
-    yield from _individual(BUILD, v.KNOWLEDGE_BUILD, "the build of this knowledge base")
+    yield from individual(BUILD, v.KNOWLEDGE_BUILD, "the build of this knowledge base")
     yield from _node(
         BUILD,
         (v.FORMAT, integer(v.FORMAT_VERSION)),
@@ -269,7 +278,7 @@ def source_iri(source: Source) -> str:
 def source_lines(source: Source) -> Iterator[str]:
     """Yield a source: its file name, content hash and credit."""
     subject = source_iri(source)
-    yield from _individual(subject, v.SOURCE_CLASS, source.name)
+    yield from individual(subject, v.SOURCE_CLASS, source.name)
     yield f"{subject} {v.FILE_NAME} {text(source.name)} .\n"
     if source.sha256:
         yield f"{subject} {v.SHA256} {text(source.sha256)} .\n"
@@ -280,7 +289,7 @@ def source_lines(source: Source) -> Iterator[str]:
 def _property(prop: Property) -> Iterator[str]:
     subject = iri(snake_iri(prop.name))
     physical = prop.kind is Kind.PHYSICAL
-    yield from _individual(subject, v.PHYSICAL_PROPERTY if physical else v.FUNCTIONAL_PROPERTY, prop.label)
+    yield from individual(subject, v.PHYSICAL_PROPERTY if physical else v.FUNCTIONAL_PROPERTY, prop.label)
     yield f"{subject} {v.UNIT} {text(prop.unit)} .\n"
     for predicate, words in (
         (v.ADJECTIVE, prop.adjective),
@@ -292,7 +301,7 @@ def _property(prop: Property) -> Iterator[str]:
     for position, component in enumerate(prop.components, start=1):
         axis = _axis(prop, component)
         yield f"{subject} {v.HAS_AXIS} {axis} .\n"
-        yield from _individual(axis, v.AXIS, component)
+        yield from individual(axis, v.AXIS, component)
         yield f"{axis} {v.POSITION} {integer(position)} .\n"
 
 
@@ -306,11 +315,15 @@ def _qualities(qualities: Qualities) -> Iterator[str]:
     bounds = (None, *qualities.bounds, None)
     for rank, (name, centroid) in enumerate(zip(qualities.names, qualities.centroids, strict=True), start=1):
         subject = iri(snake_iri(name))
-        yield from _individual(subject, type_, name)
+        yield from individual(subject, type_, name)
         yield f"{subject} {v.QUALITY_OF} {iri(snake_iri(prop.name))} .\n"
         yield f"{subject} {v.RANK} {integer(rank)} .\n"
         yield f"{subject} {v.METHOD} {text(qualities.method)} .\n"
         yield f"{subject} {v.WAS_GENERATED_BY} {BUILD} .\n"
+        if qualities.fuzzy:
+            yield f"{subject} {v.FUZZIFIER} {decimal(qualities.fuzzifier)} .\n"
+        if qualities.norms is not None:
+            yield from _norm(snake_iri(name), prop, qualities.norms[rank - 1])
         if prop.components:
             yield from _coordinates(snake_iri(name), prop, centroid.tolist())
             continue
@@ -320,11 +333,24 @@ def _qualities(qualities: Qualities) -> Iterator[str]:
                 yield f"{subject} {predicate} {decimal(bound)} .\n"
 
 
+def _norm(owner: str, prop: Property, norm: NDArray[np.float64]) -> Iterator[str]:
+    """Yield the symmetric matrix of a quality's distances, its diagonal and what is above."""
+    for row, one in enumerate(prop.components):
+        for column, other in list(enumerate(prop.components))[row:]:
+            value = float(norm[row, column])
+            subject = iri(f"{owner}-{snake_name(one)}-{snake_name(other)}")
+            yield f"{iri(owner)} {v.HAS_NORM_ELEMENT} {subject} .\n"
+            yield from individual(subject, v.NORM_ELEMENT, f"{one} by {other} = {value:.4g}")
+            yield f"{subject} {v.ROW_AXIS} {_axis(prop, one)} .\n"
+            yield f"{subject} {v.COLUMN_AXIS} {_axis(prop, other)} .\n"
+            yield f"{subject} {v.ELEMENT} {decimal(value)} .\n"
+
+
 def _coordinates(owner: str, prop: Property, values: Sequence[float]) -> Iterator[str]:
     for component, value in zip(prop.components, values, strict=True):
         subject = iri(f"{owner}-{snake_name(component)}")
         yield f"{iri(owner)} {v.HAS_COORDINATE} {subject} .\n"
-        yield from _individual(subject, v.COORDINATE_CLASS, f"{component} = {value:.4g}")
+        yield from individual(subject, v.COORDINATE_CLASS, f"{component} = {value:.4g}")
         yield f"{subject} {v.ON_AXIS} {_axis(prop, component)} .\n"
         yield f"{subject} {v.COORDINATE} {decimal(value)} .\n"
 
@@ -373,7 +399,7 @@ def _means(
     column: Column,
     measurements: Measurements,
     units: Units,
-    held: np.ndarray[tuple[int, ...], np.dtype[np.int8]] | np.ndarray[tuple[int, ...], np.dtype[np.int64]],
+    held: NDArray[np.int8] | NDArray[np.int64],
     qualities: Sequence[str],
 ) -> Iterator[str]:
     """Yield the value of each instance with named observations: their mean, which holds the quality."""
@@ -387,7 +413,7 @@ def _means(
         node = f"{name}__{snake_name(prop.name)}"
         origins = {int(origin) for origin in column.origin[start:stop]}
         yield from _measurement(name, node, prop, value.tolist(), f"mean of {stop - start}")
-        yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(held[unit])]} .\n"
+        yield from _assigned(node, held[unit : unit + 1], qualities)
         for origin in sorted(origins):
             yield f"{iri(node)} {v.ORIGIN} {v.term(ORIGINS[origin])} .\n"
         for row in range(start, stop):
@@ -404,7 +430,7 @@ def _observations(
 ) -> Iterator[str]:
     """Yield every value as it was measured."""
     prop = column.property
-    labels = quality.assign(column.values)
+    held = quality.held(column.values)
     for row, value in enumerate(column.values.tolist()):
         name = snake_iri(str(measurements.instances[column.instance[row]]))
         node = f"{name}__{snake_name(prop.name)}"
@@ -415,9 +441,27 @@ def _observations(
         if observation:
             yield f"{iri(node)} {v.OBSERVATION} {text(observation)} .\n"
         if not observation or kind is ObservationUnit.OBSERVATION:
-            yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(labels[row])]} .\n"
+            yield from _assigned(node, held[row : row + 1], qualities)
         yield f"{iri(node)} {v.ORIGIN} {v.term(ORIGINS[column.origin[row]])} .\n"
         yield f"{iri(node)} {v.SOURCE} {source_iri(measurements.sources[column.source[row]])} .\n"
+
+
+def _assigned(
+    node: str, held: NDArray[np.int8] | NDArray[np.int64], qualities: Sequence[str]
+) -> Iterator[str]:
+    """Yield the quality a value belongs to most and, of fuzzy ones, every degree above 0."""
+    yield f"{iri(node)} {v.ASSIGNED_QUALITY} {qualities[int(most_held(held)[0])]} .\n"
+    if held.ndim == 1:
+        return
+    for quality, part in zip(qualities, held[0].tolist(), strict=True):
+        if not part:
+            continue
+        name = local_name(quality[1:-1])
+        subject = iri(f"{node}-{name}")
+        yield f"{iri(node)} {v.HAS_ASSIGNMENT} {subject} .\n"
+        yield from individual(subject, v.ASSIGNMENT, f"{name} to {degree_text(part)}")
+        yield f"{subject} {v.QUALITY} {quality} .\n"
+        yield f"{subject} {v.DEGREE} {degree(part)} .\n"
 
 
 def _observed_iri(node: str, observation: str) -> str:
@@ -431,7 +475,7 @@ def _measurement(
     unit = "" if prop.unit == "1" else f" {prop.unit}"
     shown = " x ".join(f"{component:.4g}" for component in value)
     yield f"{iri(instance)} {v.HAS_MEASUREMENT} {subject} .\n"
-    yield from _individual(
+    yield from individual(
         subject, v.MEASUREMENT, f"{prop.label} = {shown}{unit}{f' ({note})' if note else ''}"
     )
     yield f"{subject} {v.MEASURED_PROPERTY} {iri(snake_iri(prop.name))} .\n"
@@ -463,6 +507,8 @@ def named(
             )
         for name in quality.names:
             yield snake_iri(name), f"quality {name!r}"
+            if quality.fuzzy:  # <measurement>-<quality> is a degree, <measurement>-<component> a coordinate
+                yield f"{snake_iri(prop.name)}-{snake_name(name)}", f"a degree of {name!r}"
     if not classes_only:
         for instance in measurements.instances.tolist():
             yield snake_iri(instance), f"instance {instance!r}"

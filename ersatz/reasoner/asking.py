@@ -159,7 +159,7 @@ def ask_for_more(
     if available or instances:
         raise InputError("name things that are available, or what is known of one object, not both")
     tool = known.row_of_class[kb.resolve(missing, "class")]
-    bits = held_bits(known, held)[None]
+    bits = held_bits(known, held)[None].astype(np.float64)
     question = Question(known, settings or ReasonerSettings(), tool, np.array([-1]), bits)
     found = outlook(question, draws, seed, about)
     return _wishes(known, tool, found, [(UNNAMED, "object")], about)

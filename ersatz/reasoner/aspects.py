@@ -9,7 +9,10 @@ import numpy as np
 
 from ersatz.reasoner.counterfactual import Comparison
 from ersatz.reasoner.explanation import article, join
+from ersatz.reasoner.graded import ONE, importance
 from ersatz.reasoner.quantised import compare_by_property
+from ersatz.reasoner.relevance import Demand
+from ersatz.reasoner.representative import Knowledge
 
 LEVELS: Final = (
     (Fraction(9, 10), "like TOOL in"),
@@ -29,7 +32,7 @@ class Aspect:
 
     Attributes
     ----------
-    property, adjective : str
+    property : str
     weight : Fraction in [0, 1]
         How much it counts; those of all aspects add up to 1.
     likeness : Fraction in [0, 1]
@@ -42,7 +45,6 @@ class Aspect:
     """
 
     property: str
-    adjective: str
     weight: Fraction
     likeness: Fraction
     observed: bool
@@ -59,6 +61,23 @@ class Aspect:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class PropertyWeight:
+    """How relevant a property of the tool is: the sum of the weights of its qualities.
+
+    Attributes
+    ----------
+    property : str
+    weight : float in [0, 1]
+    functions : tuple of (name, share in [0, 1])
+        As in `Aspect`.
+    """
+
+    property: str
+    weight: float
+    functions: tuple[tuple[str, float], ...]
+
+
 def aspects(comparison: Comparison) -> tuple[Aspect, ...]:
     """Return the properties that take part, those that count most first; none in a crisp comparison."""
     graded, known = comparison.graded, comparison.knowledge
@@ -71,15 +90,13 @@ def aspects(comparison: Comparison) -> tuple[Aspect, ...]:
     found = []
     for at in np.flatnonzero(denominators).tolist():
         own = slice(int(starts[at]), int(starts[at] + lengths[at]))
-        first = known.qualities[own.start]
         found.append(
             Aspect(
-                first.property,
-                first.adjective,
+                known.qualities[own.start].property,
                 Fraction(int(denominators[at]), total),
                 Fraction(int(numerators[at]), int(denominators[at])),
                 bool(graded.held.shares[0, own.stop - 1]),
-                _functions(comparison, own),
+                _functions(known, graded.wanted, own),
             )
         )
     return tuple(sorted(found, key=lambda one: (-one.weight, one.property)))
@@ -101,12 +118,26 @@ def in_words(found: Sequence[Aspect], tool: str) -> str:
     return "; ".join(parts).replace("TOOL", article(tool))
 
 
-def _functions(comparison: Comparison, own: slice) -> tuple[tuple[str, float], ...]:
+def property_weights(known: Knowledge, wanted: Demand) -> tuple[PropertyWeight, ...]:
+    """Return the relevant properties, the most relevant first."""
+    layout, weights = wanted.layout, importance(wanted.weights.qualities, wanted.layout) / ONE
+    found = [
+        PropertyWeight(
+            known.qualities[start].property,
+            float(weights[at]),
+            _functions(known, wanted, slice(start, start + int(layout.lengths[at]))),
+        )
+        for at, start in enumerate(layout.starts.tolist())
+        if weights[at] > 0
+    ]
+    return tuple(sorted(found, key=lambda one: (-one.weight, one.property)))
+
+
+def _functions(known: Knowledge, wanted: Demand, own: slice) -> tuple[tuple[str, float], ...]:
     """Return the functions behind the weight of a property, the strongest first."""
-    assert comparison.graded is not None
-    weights = comparison.graded.wanted.weights
+    weights = wanted.weights
     whole = int(weights.qualities[own].sum())
     shares = weights.through[:, own].sum(axis=-1) / max(whole, 1)
-    names = comparison.knowledge.functions.names
+    names = known.functions.names
     order = np.argsort(-shares, kind="stable")
     return tuple((names[at], float(shares[at])) for at in order if shares[at] > 0)

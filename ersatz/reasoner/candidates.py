@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.quantised import GradedIndex, Grades, held_grades
 from ersatz.reasoner.relevance import Index
 from ersatz.reasoner.representative import Knowledge, pack
+
+DIGITS: Final = Decimal("0.000001")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +92,8 @@ def gather(
     chosen = packed.only(rows) if isinstance(packed, Grades) else packed[rows]
     found = Candidates(names, iris, index.body_bits[rows], chosen, rows, np.zeros(len(rows), dtype=bool))
     wanted = dict.fromkeys(kb.resolve(name, "instance") for name in instances)
-    extra = [_instance(kb, iri) for iri in wanted]
+    read = perceived if isinstance(index, GradedIndex) else _held
+    extra = [_instance(kb, iri, read(kb, iri)) for iri in wanted]
     return _joined(known, index, found, extra, known.classes.iris[tool]) if extra else found
 
 
@@ -122,11 +126,24 @@ def _joined(
     )
 
 
-def _instance(kb: KnowledgeBase, iri: str) -> Instance:
-    """Read what a perceived instance holds; where a row tells no degree, wholly."""
-    held = {
-        str(row["quality"]): Decimal(str(row.get("degree") or 1))
-        for row in kb.ask("instance_qualities", instances=[iri])
+def perceived(kb: KnowledgeBase, iri: str) -> dict[str, Decimal]:
+    """Return the degree to which an instance holds qualities, by IRI, rounded half-even to 6 places.
+
+    It is the mean over the values of the property; an instance without values holds what it holds wholly.
+    """
+    degrees = {
+        str(row["quality"]): Decimal(str(row["count"])) / Decimal(str(row["total"]))
+        for row in kb.ask("instance_memberships", instances=[iri])
     }
+    if not degrees:
+        return _held(kb, iri)
+    return {quality: degree.quantize(DIGITS, ROUND_HALF_EVEN) for quality, degree in degrees.items()}
+
+
+def _held(kb: KnowledgeBase, iri: str) -> dict[str, Decimal]:
+    return {str(row["quality"]): Decimal(1) for row in kb.ask("instance_qualities", instances=[iri])}
+
+
+def _instance(kb: KnowledgeBase, iri: str, held: dict[str, Decimal]) -> Instance:
     row = kb.ask("instance", instance=iri)[0]
     return Instance(str(row["name"]), iri, str(row["class"]), held)

@@ -1,12 +1,15 @@
 """Confidence: how sure an answer is, with the degrees it rests on known from a few objects only."""
 
 from dataclasses import dataclass
+from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import InputError
+from ersatz.knowledge.models import Chances, Drawing
+from ersatz.reasoner.posterior import PRIOR
 from ersatz.reasoner.sampling import Question, samples
 
 DRAWS: Final = 200
@@ -14,6 +17,8 @@ DRAWS: Final = 200
 
 MASS: Final = 0.9
 """Of the credible intervals."""
+
+_PLACES: Final = Decimal("0.000001")
 
 SURE: Final = 0.95
 PROBABLE: Final = 0.75
@@ -58,6 +63,11 @@ class Confidence:
             f"its similarity lies between {self.low:.2f} and {self.high:.2f} ({MASS:.0%})."
         )
 
+    def chances(self) -> Chances:
+        """Return it as it is written down, rounded half-even to 6 places."""
+        figures = (self.accepted, self.best, self.low, self.high)
+        return Chances(*(Decimal(repr(one)).quantize(_PLACES, ROUND_HALF_EVEN) for one in figures))
+
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types."""
         return {
@@ -94,6 +104,10 @@ class Confidences:
         """Return the confidence of one candidate."""
         accepted, best = float(self.accepted[at]), float(self.best[at])
         return Confidence(accepted, best, float(self.low[at]), float(self.high[at]), self.draws, self.seed)
+
+    def drawing(self) -> Drawing:
+        """Return how the figures were made, as it is written down."""
+        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(PRIOR)))
 
 
 def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confidences:

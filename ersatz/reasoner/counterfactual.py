@@ -169,9 +169,13 @@ def _fewest_qualities(comparison: Comparison, *, accepted: bool) -> tuple[tuple[
 def _nearest_theta(comparison: Comparison, *, accepted: bool) -> tuple[str, Fraction] | None:
     """Return the nearest representative threshold at which the decision is the other one.
 
+    Unknown where not the degrees but their posteriors are compared with it.
+
     A decision can only change where the threshold crosses an observed proportion, so only those of the
     tool, the candidate and the functions are tried; above one of them, it is as at the next.
     """
+    if comparison.settings.certainty is not None:
+        return None
     if not comparison.memo:
         comparison.memo.append(_steps(comparison))
     theta, tool = comparison.settings.representative, comparison.memo[0]

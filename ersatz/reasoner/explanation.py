@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.grounding.conceptualization import DEGREE
-from ersatz.knowledge.terms import degree_text, plain
+from ersatz.knowledge.terms import plain, rough_text
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual
 from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.representative import Knowledge
@@ -114,7 +114,7 @@ def _likeness(shared: Sequence[Evidence], tool: str) -> str:
     adjectives, others = [], []
     for prop in dict.fromkeys(one.property for one in shared):
         same = [one for one in shared if one.property == prop]
-        often = f"({degree_text(sum(one.count for one in same))} of {degree_text(same[0].total)})"
+        often = f"({rough_text(sum(one.count for one in same))} of {rough_text(same[0].total)})"
         if same[0].adjective:
             adjectives.append(f"{same[0].adjective} {often}")
         else:

@@ -5,6 +5,7 @@ numbers exactly. All functions broadcast over leading axes (draws, resamples). W
 the crisp formulas; with nothing observed they give 0, never nan.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -16,10 +17,17 @@ from numpy.typing import NDArray
 from ersatz.reasoner.similarity import RATIOS, Similarity, above
 
 Degrees: TypeAlias = NDArray[Any]
-"""float64 degrees in [0, 1], or unsigned whole numbers of ONE."""
+"""float64 degrees in [0, 1], or whole numbers of ONE (int32 or int64)."""
 
 ONE: Final = 55440
 """A degree of 1 in whole numbers: divisible by 1 to 12, so that what up to twelve objects show is exact."""
+
+ROOM: Final = 2**31 // ONE
+"""So many degrees can be added in 32 bits."""
+
+
+SPAN: Final = 1000
+"""The way from the first to the last quality of a property in whole numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,12 +44,16 @@ class Layout:
         First column of every property; its qualities follow by ascending rank.
     columns : (f,) int64 array
         Which quality each function is.
+    gaps : (q,) int64 array, optional
+        How far each quality lies from the next of its property, in parts of `SPAN`, which is the way from
+        the first to the last; without it all are equally far.
     """
 
     physical: NDArray[np.bool_]
     functional: NDArray[np.bool_]
     starts: NDArray[np.int64]
     columns: NDArray[np.int64]
+    gaps: NDArray[np.int64] | None = None
 
     @property
     def lengths(self) -> NDArray[np.int64]:
@@ -145,6 +157,7 @@ def overlap(
     scale = lcm(alpha.denominator, beta.denominator)
     lacking, extra = int(scale * alpha), int(scale * beta)
     total = _wide(wanted).sum(axis=-1)[..., None]
+    shared = _wide(shared)
     below = (scale - lacking - extra) * shared + lacking * total + extra * size
     return scale * shared, np.where(below > 0, below, 1)
 
@@ -178,7 +191,8 @@ def ordinal(
     F are the cumulative shares over the k_p ordered qualities of a property: EMD_p is how many ranks apart
     the two are in the mean (in one dimension that is the least cost of moving one distribution into the
     other), 1 for opposite ends. A property observed of one of the two only counts as the farthest, 1; of
-    neither, it takes no part. Symmetric in tool and candidate.
+    neither, it takes no part. Symmetric in tool and candidate. With `Layout.gaps` a difference counts as far
+    as its qualities lie apart, EMD_p = sum_j gap_j |F_O(j) - F_B(j)|.
 
     Parameters
     ----------
@@ -189,26 +203,40 @@ def ordinal(
     candidates : (..., c, q) array
     layout : Layout
     """
-    ends = layout.starts + layout.lengths - 1
-    known, wide = tool[..., ends], _wide(importance)
-    one = 1.0 if candidates.dtype.kind == "f" else ONE
     steps = np.maximum(layout.lengths - 1, 1).tolist()
-    scale = lcm(*steps)
-    shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1], (*wide.shape[:-1], 1))
-    apart, total = np.zeros(shape, _wide(candidates).dtype), np.zeros(shape, wide.dtype)
+    gaps = np.repeat(lcm(*steps) // np.array(steps), layout.lengths) if layout.gaps is None else layout.gaps
+    scale, wide = lcm(*steps) if layout.gaps is None else SPAN, _wide(importance)
+    one = 1.0 if wide.dtype.kind == "f" else ONE
+    if int(wide.max(initial=0)) * len(steps) * scale * ONE >= 2**62:  # many different numbers of qualities
+        wide = wide.astype(object)
+    apart = total = np.zeros((*np.broadcast_shapes(tool.shape[:-1], wide.shape[:-1]), 1), wide.dtype)
     for p in np.flatnonzero(wide.reshape(-1, wide.shape[-1]).any(axis=0)).tolist():
-        start, end = int(layout.starts[p]), int(ends[p])
-        far = np.zeros(np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1]), apart.dtype)
-        for at in range(start, end):
-            mine = tool[..., at, None].astype(candidates.dtype)
-            # max - min: unsigned numbers must not go below 0
-            far += np.maximum(mine, candidates[..., at]) - np.minimum(mine, candidates[..., at])
-        mine, theirs = known[..., p, None] > 0, candidates[..., end] > 0
-        far = np.where(mine & theirs, far * (scale // steps[p]), scale * one)
-        weight = wide[..., p, None] * (mine | theirs)
-        apart = apart + weight * far
+        start = int(layout.starts[p])
+        end = start + int(layout.lengths[p]) - 1
+        weight = wide[..., p, None]
+        mine, theirs = tool[..., end, None] > 0, candidates[..., end] > 0
+        far = _shift(tool[..., start:end], candidates[..., start:end], gaps[start:end].tolist())
+        if mine.all() and theirs.all():
+            apart = apart + weight * far
+        else:
+            weight = weight * (mine | theirs)
+            apart = apart + weight * np.where(mine & theirs, far, scale * one)
         total = total + weight * scale * one
+    shape = np.broadcast_shapes(apart.shape, total.shape, (*tool.shape[:-1], 1), candidates.shape[:-1])
+    apart, total = np.broadcast_to(apart, shape), np.broadcast_to(total, shape)
     return np.where(total > 0, np.maximum(total - apart, 0), 0), np.where(total > 0, total, 1)
+
+
+def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int]) -> Degrees:
+    """Return (..., c): the differences of cumulative shares, (..., k) and (..., c, k), times the k gaps."""
+    shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1])
+    even = len(set(gaps)) == 1  # then they are multiplied once: the usual case, and the quickest
+    far = np.zeros(shape, _sum_type(candidates) if even else _wide(candidates).dtype)
+    for at, gap in enumerate(gaps):
+        apart = candidates[..., at] - tool[..., at, None].astype(candidates.dtype)
+        np.abs(apart, out=apart)
+        far += apart if even else gap * apart.astype(far.dtype)
+    return gaps[0] * _wide(far) if even else far
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:
@@ -267,4 +295,5 @@ def _wide(degrees: Degrees) -> Degrees:
 
 
 def _sum_type(degrees: Degrees) -> np.dtype[Any]:
-    return degrees.dtype if degrees.dtype.kind == "f" else np.dtype(np.int64)
+    """Return a type with room for a sum over qualities; the same, where it has, for adding is then fast."""
+    return degrees.dtype if degrees.dtype.kind == "f" or degrees.shape[-1] < ROOM else np.dtype(np.int64)

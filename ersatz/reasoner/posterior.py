@@ -36,11 +36,14 @@ class Posterior:
     ----------
     alpha : (n, q) float64 array, in observed units, > 0
         Observed degrees and the prior's share.
+    prior : (q,) float64 array
+        The prior's share of it.
     property : (q,) int64 array
         Number of each quality's property; qualities of one property stand together.
     """
 
     alpha: NDArray[np.float64]
+    prior: NDArray[np.float64]
     property: NDArray[np.int64]
 
     def of_property(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -65,6 +68,24 @@ class Posterior:
         drawn = chance.standard_gamma(self.alpha, (draws, *self.alpha.shape))
         return drawn / np.maximum(self.of_property(drawn), np.finfo(np.float64).tiny)
 
+    def foresee(self, draws: int, chance: np.random.Generator, further: float) -> NDArray[np.float64]:
+        """Return (draws, n, q) degrees that would be observed with more objects, those seen among them.
+
+        Parameters
+        ----------
+        draws : int
+        chance : Generator
+        further : float >= 0
+            How many objects more, as a multiple of those seen; what was never observed stays so.
+        """
+        drawn, seen = self.draw(draws, chance), self.alpha - self.prior
+        total = self.of_property(seen)
+        more = np.rint(further * total).astype(np.int64)
+        for number in range(int(self.property[-1]) + 1 if len(self.property) else 0):
+            of = self.property == number
+            drawn[..., of] = chance.multinomial(more[:, of][:, 0], drawn[..., of])
+        return (seen + drawn) / np.maximum(total + more, 1)
+
 
 def posterior(memberships: Memberships, qualities: Sequence[QualityTerm], prior: float = PRIOR) -> Posterior:
     """Return the posterior of all degrees of some concepts; of a property never observed, the prior.
@@ -78,9 +99,8 @@ def posterior(memberships: Memberships, qualities: Sequence[QualityTerm], prior:
     names = [quality.property for quality in qualities]
     number = {name: at for at, name in enumerate(dict.fromkeys(names))}
     each = np.array([prior / names.count(name) for name in names])
-    return Posterior(
-        memberships.counts / DEGREE + each, np.array([number[name] for name in names], dtype=np.int64)
-    )
+    property_ = np.array([number[name] for name in names], dtype=np.int64)
+    return Posterior(memberships.counts / DEGREE + each, each, property_)
 
 
 def beta_above(a: NDArray[np.float64], b: NDArray[np.float64], x: float) -> NDArray[np.float64]:

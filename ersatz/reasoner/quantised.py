@@ -35,16 +35,16 @@ class Grades:
 
     Attributes
     ----------
-    degrees : (n, q) uint16 array, column-major
+    degrees : (n, q) int32 array, column-major
         m in units of 1 / ONE; 0 of properties not in use.
-    shares : (n, q) uint16 array, column-major
+    shares : (n, q) int32 array, column-major
         Cumulative shares over the qualities of each property; 0 throughout where it was not observed.
     sizes : (n,) int64 array
         Sum of the physical degrees.
     """
 
-    degrees: NDArray[np.uint16]
-    shares: NDArray[np.uint16]
+    degrees: NDArray[np.int32]
+    shares: NDArray[np.int32]
     sizes: NDArray[np.int64]
 
     def only(self, rows: Sequence[int] | NDArray[np.int64]) -> "Grades":
@@ -96,16 +96,16 @@ def grades(memberships: Memberships, layout: Layout) -> Grades:
     room = object if int(counts.max(initial=0)) * counts.shape[-1] * 2 * ONE >= 2**63 else np.int64
     shares = cumulative(counts.astype(room), layout, ONE) * used
     sizes = (degrees * layout.physical).sum(axis=-1, dtype=np.int64)
-    return Grades(degrees, np.asfortranarray(shares.astype(np.uint16)), sizes)
+    return Grades(degrees, np.asfortranarray(shares.astype(np.int32)), sizes)
 
 
-def quantise(memberships: Memberships) -> NDArray[np.uint16]:
+def quantise(memberships: Memberships) -> NDArray[np.int32]:
     """Return (n, q) degrees count / total in units of 1 / ONE, rounded half up; 0 where not observed."""
     counts, totals = memberships.counts, np.maximum(memberships.totals, 1)
     room = object if int(totals.max(initial=0)) * 4 * ONE >= 2**63 else np.int64
     counts, totals = counts.astype(room), totals.astype(room)
     rounded = (2 * ONE * counts + totals) // (2 * totals)
-    found: NDArray[np.uint16] = np.minimum(rounded, ONE).astype(np.uint16)
+    found: NDArray[np.int32] = np.minimum(rounded, ONE).astype(np.int32)
     return found
 
 
@@ -154,24 +154,25 @@ def compare_by_property(
     return found[0][:, 0], found[1][:, 0] * takes_part
 
 
-def alike(a: Grades, b: Grades, layout: Layout, form: Similarity) -> Fraction:
-    """Return how similar two things are in all physical qualities, whatever they are for.
+def alike(a: Grades, others: Grades, layout: Layout, form: Similarity) -> list[Fraction]:
+    """Return how similar a thing is to others in all physical qualities, whatever they are for.
 
     Parameters
     ----------
-    a, b : Grades of one thing each
+    a : Grades of one thing
+    others : Grades of n things
     layout : Layout
     form : Similarity
-        Ruzicka and ordinal are symmetric; coverage and tversky ask how far b has what a has. Ordinal gives
-        every property that was observed of either the same weight.
+        Ruzicka and ordinal are symmetric; coverage and tversky ask how far the others have what a has.
+        Ordinal gives every property that was observed of either the same weight.
     """
     if form is Similarity.ORDINAL:
-        every = np.logical_or.reduceat(layout.physical, layout.starts).astype(np.int64)
-        numerators, denominators = ordinal(every, a.shares[0], b.shares, layout)
+        every = importance(layout.physical.astype(np.int64), layout).clip(max=1)
+        found = ordinal(every, a.shares[0], others.shares, layout)
     else:
         wanted = (a.degrees[0] * layout.physical).astype(np.int64)
-        numerators, denominators = overlap(wanted, b.degrees, b.sizes, *RATIOS[form])
-    return Fraction(int(numerators[0]), int(denominators[0]))
+        found = overlap(wanted, others.degrees, others.sizes, *RATIOS[form])
+    return [Fraction(n, d) for n, d in zip(found[0].tolist(), found[1].tolist(), strict=True)]
 
 
 def held_grades(knowledge: Knowledge, held: Mapping[str, Decimal], layout: Layout) -> Grades:

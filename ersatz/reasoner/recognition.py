@@ -3,18 +3,34 @@
 Only the properties that were measured of it take part: what is unknown is neither shared nor lacking.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from fractions import Fraction
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.reasoner.relevance import ReasonerSettings, build_index, relevance
+from ersatz.reasoner.quantised import (
+    alike,
+    build_graded,
+    compare_graded,
+    graded_relevance,
+    grades,
+    held_grades,
+)
+from ersatz.reasoner.relevance import ReasonerSettings, build_index, layout_of, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
-from ersatz.reasoner.similarity import above, compare
+from ersatz.reasoner.similarity import Similarity, compare
+
+Held: TypeAlias = Sequence[str] | Mapping[str, float | Decimal]
+"""Qualities held wholly, or each with a degree."""
+
+Judge: TypeAlias = Callable[[int], Fraction | None]
+"""Says how well the object fits the tool in a row; None where there is nothing to compare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +41,8 @@ class Likeness:
     ----------
     name, iri : str
     similarity : Fraction in [0, 1]
-        Jaccard index of the qualities held and the class's representative ones, physical and functional.
+        Of what it holds and what is representative of the class, physical and functional; graded, of the
+        degrees.
     """
 
     name: str
@@ -52,15 +69,17 @@ class Role:
 
 
 def nearest_classes(
-    kb: KnowledgeBase, held: Sequence[str], settings: ReasonerSettings | None = None
+    kb: KnowledgeBase, held: Held, settings: ReasonerSettings | None = None
 ) -> tuple[Likeness, ...]:
     """Return all classes, the most similar first.
 
     Parameters
     ----------
     kb : KnowledgeBase
-    held : sequence of str
+    held : sequence of str, or mapping of str to a degree in [0, 1]
         Names of the qualities the object holds, at most one or a few a property.
+    settings : ReasonerSettings, optional
+        Graded: by ordinal or Ruzicka similarity of degrees; else by the Jaccard index of sets.
 
     Raises
     ------
@@ -70,50 +89,92 @@ def nearest_classes(
         If the object holds nothing.
     """
     known = kb.view(load_knowledge)
-    bits, settings = _held(known, held, settings)
-    index = build_index(known, settings)
-    numerators, denominators = compare(pack(bits), pack(index.bits))
-    found = zip(
-        known.classes.names, known.classes.iris, numerators.tolist(), denominators.tolist(), strict=True
-    )
-    likes = (Likeness(name, iri, Fraction(n, d)) for name, iri, n, d in found)
+    degrees, settings = _held(known, held, settings)
+    if settings.graded:
+        layout = layout_of(known, settings)
+        layout = replace(layout, physical=layout.physical | layout.functional)
+        form = Similarity.ORDINAL if settings.similarity is Similarity.ORDINAL else Similarity.RUZICKA
+        found = alike(held_grades(known, degrees, layout), grades(known.classes, layout), layout, form)
+    else:
+        index = build_index(known, settings)
+        pairs = compare(pack(_bits(known, degrees)), pack(index.bits))
+        found = [Fraction(n, d) for n, d in zip(*(of.tolist() for of in pairs), strict=True)]
+    likes = map(Likeness, known.classes.names, known.classes.iris, found)
     return tuple(sorted(likes, key=lambda one: (-one.similarity, one.name)))
 
 
 def possible_roles(
-    kb: KnowledgeBase, held: Sequence[str], settings: ReasonerSettings | None = None
+    kb: KnowledgeBase, held: Held, settings: ReasonerSettings | None = None
 ) -> tuple[Role, ...]:
     """Return the tools the object was compared with, those it fits best first.
 
     Tools with no relevant function among what was measured are left out: there is nothing to compare.
-    Parameters and errors are those of `nearest_classes`.
+    Parameters and errors are those of `nearest_classes`; graded settings may have any similarity.
     """
     known = kb.view(load_knowledge)
-    bits, settings = _held(known, held, settings)
-    index = build_index(known, settings)
-    body = pack((bits & index.body_mask)[None])
+    degrees, settings = _held(known, held, settings)
+    judge = _by_degrees(known, degrees, settings) if settings.graded else _by_sets(known, degrees, settings)
     roles = []
     for row, (name, iri) in enumerate(zip(known.classes.names, known.classes.iris, strict=True)):
-        found = relevance(index, row, settings)
-        if not found.determined:
-            continue
-        numerators, denominators = compare(pack(found.physical), body, settings.similarity)
-        accepted = bool(above(numerators, denominators, settings.tolerance)[0])
-        roles.append(Role(name, iri, Fraction(int(numerators[0]), int(denominators[0])), accepted))
+        found = judge(row)
+        if found is not None:
+            roles.append(Role(name, iri, found, found > settings.tolerance))
     return tuple(sorted(roles, key=lambda role: (-role.similarity, role.tool)))
 
 
+def _by_sets(known: Knowledge, degrees: Mapping[str, Decimal], settings: ReasonerSettings) -> Judge:
+    index = build_index(known, settings)
+    body = pack((_bits(known, degrees) & index.body_mask)[None])
+
+    def judge(row: int) -> Fraction | None:
+        found = relevance(index, row, settings)
+        numerators, denominators = compare(pack(found.physical), body, settings.similarity)
+        return Fraction(int(numerators[0]), int(denominators[0])) if found.determined else None
+
+    return judge
+
+
+def _by_degrees(known: Knowledge, degrees: Mapping[str, Decimal], settings: ReasonerSettings) -> Judge:
+    index = build_graded(known, settings)
+    body = held_grades(known, degrees, index.layout)
+
+    def judge(row: int) -> Fraction | None:
+        found = graded_relevance(index, row, settings)
+        assert found.demand is not None
+        numerators, denominators = compare_graded(found.demand, body, settings)
+        return Fraction(int(numerators[0]), int(denominators[0])) if found.determined else None
+
+    return judge
+
+
 def _held(
-    known: Knowledge, held: Sequence[str], settings: ReasonerSettings | None
-) -> tuple[NDArray[np.bool_], ReasonerSettings]:
-    """Return the qualities as bits, and settings that reason with the measured properties only."""
-    if not held:
+    known: Knowledge, held: Held, settings: ReasonerSettings | None
+) -> tuple[Mapping[str, Decimal], ReasonerSettings]:
+    """Return the degrees held by quality IRI, and settings that reason with what was measured only."""
+    degrees = held if isinstance(held, Mapping) else dict.fromkeys(held, 1)
+    if not degrees:
         raise InputError("the object holds no quality: measure at least one property of it")
-    bits = held_bits(known, held)
+    exactly = _degrees(known, degrees)
     settings = settings or ReasonerSettings()
-    measured = {known.qualities[at].property for at in np.flatnonzero(bits)}
+    measured = {quality.property for quality in known.qualities if quality.iri in exactly}
     allowed = measured if settings.properties is None else measured & set(settings.properties)
-    return bits, replace(settings, properties=tuple(sorted(allowed)))
+    return exactly, replace(settings, properties=tuple(sorted(allowed)))
+
+
+def _degrees(known: Knowledge, held: Mapping[str, float | Decimal]) -> dict[str, Decimal]:
+    """Return the degrees held by quality IRI."""
+    qualities = {quality.name: quality.iri for quality in known.qualities}
+    for name, degree in held.items():
+        if name not in qualities:
+            raise UnknownNameError("quality", name, qualities)
+        if not 0 <= degree <= 1:
+            raise InputError(f"the object holds {name} to the degree {degree}: degrees lie between 0 and 1")
+    return {qualities[name]: Decimal(str(degree)) for name, degree in held.items()}
+
+
+def _bits(known: Knowledge, degrees: Mapping[str, Decimal]) -> NDArray[np.bool_]:
+    """Return the qualities held to any degree."""
+    return np.array([degrees.get(quality.iri, 0) > 0 for quality in known.qualities], dtype=bool)
 
 
 def held_bits(known: Knowledge, held: Sequence[str]) -> NDArray[np.bool_]:
@@ -124,10 +185,4 @@ def held_bits(known: Knowledge, held: Sequence[str]) -> NDArray[np.bool_]:
     UnknownNameError
         If a quality is not known.
     """
-    column = {quality.name: at for at, quality in enumerate(known.qualities)}
-    for name in held:
-        if name not in column:
-            raise UnknownNameError("quality", name, column)
-    bits = np.zeros(len(column), dtype=bool)
-    bits[[column[name] for name in held]] = True
-    return bits
+    return _bits(known, _degrees(known, dict.fromkeys(held, 1)))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from itertools import groupby
 from typing import Final, cast
 
 import numpy as np
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.queries import exact
 from ersatz.measurements import Kind
-from ersatz.reasoner.graded import Layout, Weights
-from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.graded import SPAN, Layout, Weights
+from ersatz.reasoner.posterior import posterior
+from ersatz.reasoner.representative import Knowledge, Memberships, pack
 from ersatz.reasoner.similarity import CRISP, GRADED, RATIOS, Similarity, above, compare
 
 PAPER_PROPERTIES: Final = (
@@ -34,7 +36,8 @@ _USUAL: Final = Fraction(35, 100)
 _BY_MODE: Final = cast("Similarity", "")
 """Stands for the similarity that is usual in crisp or graded reasoning."""
 
-ORDINAL_TOLERANCE: Final = Fraction(2, 3)
+ORDINAL_TOLERANCE: Final = Fraction(67, 100)
+"""Of four qualities a property, less than one rank apart in the mean (which is 2/3)."""
 
 
 class Combine(StrEnum):
@@ -42,6 +45,17 @@ class Combine(StrEnum):
 
     UNION = "union"
     INTERSECTION = "intersection"
+
+
+class Spacing(StrEnum):
+    """How far apart the qualities of a property are, where their order counts.
+
+    - rank: each as far from the next as any other.
+    - centroid: as far as their centroids; of vectors, along the way from one to the next.
+    """
+
+    RANK = "rank"
+    CENTROID = "centroid"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +69,8 @@ class ReasonerSettings:
     representative : Fraction
         theta: a quality is representative from this degree on; in (0, 1]. Paper: 0.35.
     tolerance : Fraction
-        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 2/3, which
-        says: of the paper's four qualities a property, less than one rank apart in the mean.
+        phi: a candidate stands in if its similarity is above; in [0, 1]. Paper: 0.35. Ordinal: 0.67, less
+        than one rank apart in the mean, of the paper's four qualities a property.
     relevance_tolerance : Fraction
         The same phi for relevant functions; a setting of its own, with the same default. Graded: 0, for
         a function counts by its weight.
@@ -73,6 +87,11 @@ class ReasonerSettings:
         Reason with degrees rather than with what is representative.
     alpha, beta : Fraction
         Of graded tversky: what a lacking and what an extra degree weigh beside a shared one.
+    spacing : Spacing
+        Of ordinal: how far apart two qualities of a property are.
+    certainty : Fraction or None
+        Instead of m >= theta, ask for P(m >= theta) >= certainty given what was observed: 1 of 1 object is
+        less sure than 10 of 10. In (0, 1); the paper's rule is without it.
     """
 
     representative: Fraction = _PAPER
@@ -86,6 +105,8 @@ class ReasonerSettings:
     graded: bool = False
     alpha: Fraction = RATIOS[Similarity.TVERSKY][0]
     beta: Fraction = RATIOS[Similarity.TVERSKY][1]
+    spacing: Spacing = Spacing.RANK
+    certainty: Fraction | None = None
 
     def __post_init__(self) -> None:
         """Fill in what is usual, make thresholds exact and check their ranges."""
@@ -98,7 +119,8 @@ class ReasonerSettings:
             raise InputError(
                 "representative is 0: every quality ever observed would be typical; give more than 0"
             )
-        for name, options in (("combine", Combine), ("similarity", Similarity)):
+        kinds = ("combine", Combine), ("similarity", Similarity), ("spacing", Spacing)
+        for name, options in kinds:
             try:
                 object.__setattr__(self, name, options(getattr(self, name)))
             except ValueError:
@@ -134,8 +156,16 @@ class ReasonerSettings:
             )
         if self.graded and self.combine is not Combine.UNION:
             raise InputError(f"combine {self.combine} is crisp: graded reasoning weighs every function")
+        if self.certainty is not None:
+            object.__setattr__(self, "certainty", exact(self.certainty, "certainty"))
+            if not 0 < self.certainty < 1:
+                raise InputError(f"certainty is {self.certainty}: it lies between 0 and 1, without them")
+            if self.graded:
+                raise InputError(f"certainty {self.certainty} is crisp: graded reasoning has no cut")
         if self.graded and self.representative != _PAPER:
             raise InputError(f"representative {self.representative} is crisp: graded reasoning has no cut")
+        if self.spacing is not Spacing.RANK and self.similarity is not Similarity.ORDINAL:
+            raise InputError(f"spacing {self.spacing} is of ordinal similarity only: leave it out")
         for name, usual in zip(("alpha", "beta"), RATIOS[Similarity.TVERSKY], strict=True):
             object.__setattr__(self, name, exact(getattr(self, name), name))
             value = getattr(self, name)
@@ -154,14 +184,14 @@ class Demand:
     layout : Layout
     weights : Weights
         Graded relevance, in whole numbers.
-    degrees, shares : (q,) uint16 arrays
+    degrees, shares : (q,) int32 arrays
         Of the tool itself.
     """
 
     layout: Layout
     weights: Weights
-    degrees: NDArray[np.uint16]
-    shares: NDArray[np.uint16]
+    degrees: NDArray[np.int32]
+    shares: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,8 +264,8 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
                 f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
             )
     physical, functional = in_use(knowledge, settings)
-    bits = knowledge.classes.representative(settings.representative)
-    function_bits = knowledge.functions.representative(settings.representative) & physical
+    bits = typical(knowledge.classes, knowledge, settings)
+    function_bits = typical(knowledge.functions, knowledge, settings) & physical
     return Index(
         bits & (physical | functional),
         physical,
@@ -256,6 +286,17 @@ def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np
     return physical, functional
 
 
+def typical(concepts: Memberships, knowledge: Knowledge, settings: ReasonerSettings) -> NDArray[np.bool_]:
+    """Return (c, q): what is representative; by its degree or, with certainty, by its posterior.
+
+    What was never observed is not representative, whatever the prior says of it.
+    """
+    if settings.certainty is None:
+        return concepts.representative(settings.representative)
+    sure = posterior(concepts, knowledge.qualities).at_least(float(settings.representative))
+    return (concepts.counts > 0) & (sure >= float(settings.certainty))
+
+
 def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
     """Return which columns of the knowledge's arrays are what, for graded reasoning."""
     physical, functional = in_use(knowledge, settings)
@@ -263,7 +304,21 @@ def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
     starts = [at for at, name in enumerate(names) if at == 0 or name != names[at - 1]]
     position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
     columns = [position[iri] for iri in knowledge.functions.iris]
-    return Layout(physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64))
+    gaps = _gaps(knowledge) if settings.spacing is Spacing.CENTROID else None
+    return Layout(
+        physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64), gaps
+    )
+
+
+def _gaps(knowledge: Knowledge) -> NDArray[np.int64]:
+    """Return `Layout.gaps` from the centroids; whole numbers that add up to `SPAN` over a property."""
+    gaps = []
+    for _, group in groupby(knowledge.qualities, key=lambda quality: quality.property):
+        centroids = np.array([quality.centroid for quality in group])
+        way = np.linalg.norm(np.diff(centroids, axis=0), axis=1).cumsum()
+        places = np.rint(SPAN * way / way[-1]).astype(np.int64) if len(way) else way.astype(np.int64)
+        gaps += [*np.diff(places, prepend=0).tolist(), 0]
+    return np.array(gaps, dtype=np.int64)
 
 
 def relevance(index: Index, row: int, settings: ReasonerSettings) -> Relevance:

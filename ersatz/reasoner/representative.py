@@ -1,23 +1,23 @@
 """Representative models (paper: O_rp, O_rf, f_rp): what is typical of a class or goes with a function.
 
-The counts of all classes are read from the knowledge base in one query and kept as arrays; the
-representative qualities at a threshold are sets of bits packed into 64-bit words.
+The counts of all classes are kept as arrays (`loading` reads them); the representative qualities at a
+threshold are sets of bits packed into 64-bit words.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from decimal import Decimal
+from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.base import KnowledgeBase, View
 from ersatz.knowledge.models import ClassModel, Entry, FunctionModel
-from ersatz.knowledge.names import local_name
-from ersatz.knowledge.queries import Value
-from ersatz.knowledge.terms import millionths
 from ersatz.measurements import Kind
+
+BLOCK: Final = 1 << 20
+"""Cells that are compared at once: more would not stay in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +30,8 @@ class QualityTerm:
     adjective: str
     kind: Kind
     rank: int
+    centroid: tuple[float, ...] = ()
+    """In the property's unit; empty where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,23 +40,33 @@ class Memberships:
 
     Attributes
     ----------
-    iris : tuple of c str
-    names : tuple of c str
+    iris : sequence of c str
+    names : sequence of c str
     counts, totals : (c, q) int64 arrays, in millionths of a degree
         total is 0 where nothing was observed.
+    packed : mapping of threshold to (c, w) uint64 array
+        What is representative, where that was decided before.
     """
 
-    iris: tuple[str, ...]
-    names: tuple[str, ...]
+    iris: Sequence[str]
+    names: Sequence[str]
     counts: NDArray[np.int64]
     totals: NDArray[np.int64]
+    packed: Mapping[Fraction, NDArray[np.uint64]] = field(default_factory=dict)
 
     def representative(self, theta: Fraction) -> NDArray[np.bool_]:
         """Return (c, q): whether count / total >= theta, decided exactly.
 
         A quality never observed is not representative, whatever the threshold.
         """
-        return (self.counts > 0) & at_least(self.counts, self.totals, theta)
+        if theta in self.packed:
+            return unpack(self.packed[theta], self.counts.shape[1])
+        found = np.empty(self.counts.shape, dtype=bool)
+        step = max(BLOCK // max(self.counts.shape[1], 1), 1)
+        for start in range(0, len(found), step):
+            counts, totals = self.counts[start : start + step], self.totals[start : start + step]
+            np.logical_and(counts > 0, at_least(counts, totals, theta), out=found[start : start + step])
+        return found
 
     def only(self, rows: Sequence[int]) -> "Memberships":
         """Return the memberships of some concepts."""
@@ -102,41 +114,20 @@ class Knowledge:
         )
 
 
-def load_knowledge(kb: KnowledgeBase) -> Knowledge:
-    """Read all class knowledge and function models, one query each."""
-    kinds = {row["property"]: row for row in kb.ask("properties")}
-    qualities = []
-    for row in kb.ask("qualities"):
-        prop = kinds[row["property"]]
-        qualities.append(
-            QualityTerm(
-                str(row["quality"]),
-                local_name(str(row["quality"])),
-                local_name(str(row["property"])),
-                str(prop["adjective"] or ""),
-                Kind(str(prop["kind"])),
-                int(row["rank"]) if isinstance(row["rank"], int) else 0,
-            )
-        )
-    qualities.sort(key=lambda q: (q.property, q.rank))
-    column = {quality.iri: at for at, quality in enumerate(qualities)}
-    classes = kb.ask("classes")
-    by_name = sorted(classes.rows, key=lambda row: str(row[1]))
-    iris, names, units = zip(*by_name, strict=True) if by_name else ((), (), ())
-    functions = [q for q in qualities if q.kind is Kind.FUNCTIONAL]
-    return Knowledge(
-        tuple(qualities),
-        _memberships(tuple(map(str, iris)), tuple(map(str, names)), column, kb.ask("memberships").rows),
-        _memberships(
-            tuple(q.iri for q in functions),
-            tuple(q.name for q in functions),
-            column,
-            kb.ask("function_models").rows,
-        ),
-        np.array(units, dtype=np.int64),
-        {str(iri): at for at, iri in enumerate(iris)},
-        {str(name): at for at, name in enumerate(names)},
-    )
+def _load(kb: KnowledgeBase) -> Knowledge:
+    from ersatz.reasoner.loading import load  # which fills the classes above
+
+    return load(kb)
+
+
+def _refresh(old: Knowledge, kb: KnowledgeBase, changed: frozenset[str]) -> Knowledge | None:
+    from ersatz.reasoner.loading import refresh
+
+    return refresh(old, kb, changed)
+
+
+load_knowledge: Final = View(_load, _refresh)
+"""All class knowledge and function models of a knowledge base, by `kb.view(load_knowledge)`."""
 
 
 def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
@@ -190,24 +181,9 @@ def pack(bits: NDArray[np.bool_]) -> NDArray[np.uint64]:
     return np.packbits(padded, axis=-1).view(np.uint64)
 
 
-def _memberships(
-    iris: tuple[str, ...],
-    names: tuple[str, ...],
-    column: Mapping[str, int],
-    rows: Sequence[tuple[Value, ...]],
-) -> Memberships:
-    row_of = {iri: at for at, iri in enumerate(iris)}
-    counts = np.zeros((len(iris), len(column)), dtype=np.int64)
-    totals = np.zeros_like(counts)
-    for concept, quality, count, total in rows:
-        at = row_of[str(concept)], column[str(quality)]
-        counts[at], totals[at] = millionths(_decimal(count)), millionths(_decimal(total))
-    return Memberships(iris, names, counts, totals)
-
-
-def _decimal(value: Value) -> Decimal:
-    assert isinstance(value, Decimal | int), value
-    return Decimal(value)
+def unpack(words: NDArray[np.uint64], width: int) -> NDArray[np.bool_]:
+    """Return (..., w) words of 64 bits as sets of (..., width) bits."""
+    return np.unpackbits(np.ascontiguousarray(words).view(np.uint8), axis=-1, count=width).view(bool)
 
 
 def _entries(known: Knowledge, concepts: Memberships, row: int) -> tuple[Entry, ...]:

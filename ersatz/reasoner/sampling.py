@@ -12,10 +12,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ersatz.reasoner.graded import similarities, weigh
 from ersatz.reasoner.posterior import Posterior, posterior
-from ersatz.reasoner.relevance import ReasonerSettings, in_use, relevant_sets
+from ersatz.reasoner.relevance import ReasonerSettings, in_use, layout_of, relevant_sets
 from ersatz.reasoner.representative import Knowledge, pack
-from ersatz.reasoner.similarity import above, compare
+from ersatz.reasoner.similarity import Similarity, above, compare
 
 CHUNK: Final = 1 << 21
 """Degrees drawn at a time: 16 MiB, and a few times that for what is made of them."""
@@ -33,15 +34,24 @@ class Question:
         Row of the missing tool among `Knowledge.classes`.
     rows : (n,) int64 array
         Row of each candidate's class; -1 for a single object.
-    held : (n, q) bool array
-        Qualities a single object is known to hold; not looked at for classes.
+    held : (n, q) array of degrees in [0, 1]
+        What a single object is known to hold; not looked at for classes.
+    further : float, optional
+        Ask not for the answer with endless data, but for the one with so many times as many objects more.
     """
 
     knowledge: Knowledge
     settings: ReasonerSettings
     tool: int
     rows: NDArray[np.int64]
-    held: NDArray[np.bool_]
+    held: NDArray[np.float64]
+    further: float | None = None
+
+    def degrees(self, of: Posterior, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+        """Return (draws, n, q) degrees drawn."""
+        if self.further is None:
+            return of.draw(draws, chance)
+        return of.foresee(draws, chance, self.further)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,11 +102,11 @@ def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
     for start in range(0, draws, size):
         number = min(size, draws - start)
         candidates = np.empty((number, len(rows), len(known.qualities)))
-        candidates[:, classes] = models.draw(number, chances[0])
+        candidates[:, classes] = question.degrees(models, number, chances[0])
         if objects is not None:
             candidates[:, ~classes] = objects.draw(number, chances[1])
-        mine = tool.draw(number, chances[2])[:, 0]
-        yield _answer(question, mine, functions.draw(number, chances[3]), candidates)
+        mine = question.degrees(tool, number, chances[2])[:, 0]
+        yield _answer(question, mine, question.degrees(functions, number, chances[3]), candidates)
 
 
 def _answer(
@@ -105,8 +115,15 @@ def _answer(
     functions: NDArray[np.float64],
     candidates: NDArray[np.float64],
 ) -> Sample:
-    """Answer the question at the degrees drawn, by the paper's rule."""
+    """Answer the question at the degrees drawn."""
     settings, known = question.settings, question.knowledge
+    if settings.graded:
+        layout, form = layout_of(known, settings), settings.similarity
+        wanted = weigh(tool, functions, layout, settings.relevance_tolerance, fallback=settings.fallback)
+        ratio = None if form is Similarity.ORDINAL else settings.ratio
+        found = similarities(wanted.qualities, tool, candidates, layout, form, ratio)
+        found = found * wanted.determined[:, None]
+        return Sample(tool, candidates, found, found > float(settings.tolerance))
     theta, (physical, functional) = float(settings.representative), in_use(known, settings)
     relevant, determined = relevant_sets(
         tool >= theta, functions >= theta, known.columns, physical, functional, settings
@@ -126,7 +143,8 @@ class _Objects:
 
     Attributes
     ----------
-    held : (n, q) bool array
+    held : (n, q) float64 array
+        Degrees in [0, 1].
     measured : (n, q) bool array
         Whether the quality's property is known.
     likely : (n, c) float64 array
@@ -134,13 +152,13 @@ class _Objects:
     classes : Posterior
     """
 
-    held: NDArray[np.bool_]
+    held: NDArray[np.float64]
     measured: NDArray[np.bool_]
     likely: NDArray[np.float64]
     classes: Posterior
 
     def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
-        """Return (draws, n, q) degrees, 0 and 1."""
+        """Return (draws, n, q) degrees; those drawn are 0 and 1."""
         shape = (draws, *self.held.shape)
         uniform = chance.random((draws, len(self.held), 1 + self.held.shape[1]))
         rows = np.minimum((uniform[..., :1] > self.likely).sum(axis=-1), self.likely.shape[1] - 1)
@@ -148,10 +166,7 @@ class _Objects:
         score = np.log(self.classes.mean())[rows] - np.log(-np.log(uniform[..., 1:]))
         starts = np.flatnonzero(np.diff(self.classes.property, prepend=-1))
         largest = np.maximum.reduceat(score, starts, axis=-1)[..., self.classes.property]
-        found: NDArray[np.float64] = np.where(
-            np.broadcast_to(self.measured, shape), self.held, score == largest
-        ).astype(np.float64)
-        return found
+        return np.where(np.broadcast_to(self.measured, shape), self.held, score == largest)
 
 
 def _objects(question: Question) -> _Objects:
@@ -160,4 +175,4 @@ def _objects(question: Question) -> _Objects:
     fit = held @ np.log(classes.mean()).T
     weight = np.exp(fit - fit.max(axis=1, keepdims=True))
     likely = (weight / weight.sum(axis=1, keepdims=True)).cumsum(axis=1)
-    return _Objects(held, classes.of_property(held.astype(np.float64)) > 0, likely, classes)
+    return _Objects(held, classes.of_property(held) > 0, likely, classes)

@@ -17,7 +17,7 @@ from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain
-from ersatz.reasoner.aspects import Aspect, aspects, in_words
+from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
 from ersatz.reasoner.candidates import Candidates, class_row, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
@@ -34,12 +34,13 @@ from ersatz.reasoner.relevance import (
     Index,
     ReasonerSettings,
     Relevance,
+    Spacing,
     build_index,
     relevance,
 )
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
-from ersatz.reasoner.similarity import compare
+from ersatz.reasoner.similarity import best_first, compare, ratios
 
 
 class Status(StrEnum):
@@ -183,9 +184,10 @@ class Ranking(Sequence[Substitute]):
     @property
     def question(self) -> Question:
         """What was asked, for questions about the answer: its candidates are in the order ranked."""
-        held = self.candidates
+        known, packed = self.candidates, self.candidates.packed
+        held = packed.degrees / ONE if isinstance(packed, Grades) else known.bits.astype(np.float64)
         row = self.knowledge.row_of_class[self.iri]
-        return Question(self.knowledge, self.settings, row, held.rows[self.order], held.bits[self.order])
+        return Question(self.knowledge, self.settings, row, known.rows[self.order], held[self.order])
 
     @property
     def relevant_physical(self) -> tuple[str, ...]:
@@ -206,14 +208,17 @@ class Ranking(Sequence[Substitute]):
         if self.relevance.demand is None:
             return {"functions": {}, "qualities": {}, "properties": {}}
         found, qualities = self.relevance.demand.weights, self.knowledge.qualities
-        properties: dict[str, int] = {}
-        for quality, weight in zip(qualities, found.qualities.tolist(), strict=True):
-            properties[quality.property] = properties.get(quality.property, 0) + weight
         return {
             "functions": _strongest(self.knowledge.functions.names, found.functions.tolist()),
             "qualities": _strongest([one.name for one in qualities], found.qualities.tolist()),
-            "properties": _strongest(list(properties), list(properties.values())),
+            "properties": {one.property: round(one.weight, 6) for one in self.property_weights},
         }
+
+    @property
+    def property_weights(self) -> tuple[PropertyWeight, ...]:
+        """The relevant properties and the functions behind them; of graded reasoning only."""
+        wanted = self.relevance.demand
+        return () if wanted is None else property_weights(self.knowledge, wanted)
 
     def __len__(self) -> int:
         """Return the number of candidates ranked."""
@@ -292,8 +297,9 @@ class Ranking(Sequence[Substitute]):
                 named(relevant & rows[row]),
                 named(relevant & ~rows[row]),
                 named(rows[row] & ~relevant),
+                self.sure.of(at).chances() if self.sure else None,
             )
-            for row in self.order.tolist()
+            for at, row in enumerate(self.order.tolist())
         )
         settings = settings_json(self.settings)
         return SubstitutionModel(
@@ -307,6 +313,7 @@ class Ranking(Sequence[Substitute]):
             tuple(sorted(self.relevant_physical)),
             tuple(sorted(self.relevant_functional)),
             tuple(sorted(found, key=lambda candidate: candidate.iri)),
+            self.sure.drawing() if self.sure else None,
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -402,6 +409,8 @@ def settings_json(settings: ReasonerSettings) -> str:
             "fallback": settings.fallback,
             "properties": list(settings.properties) if settings.properties is not None else None,
         }
+        | ({} if settings.spacing is Spacing.RANK else {"spacing": str(settings.spacing)})
+        | ({} if settings.certainty is None else {"certainty": _number(settings.certainty)})
         | (
             {"graded": True, "alpha": _number(settings.alpha), "beta": _number(settings.beta)}
             if settings.graded
@@ -436,7 +445,7 @@ def _rank(
     reused: bool,
 ) -> Ranking:
     numerators, denominators = _compared(settings, found, candidates)
-    similarity = numerators / denominators
+    similarity = ratios(numerators, denominators)
     similarity[candidates.rows == known.row_of_class[iri]] = -1.0
     return Ranking(
         known.classes.names[known.row_of_class[iri]],
@@ -448,7 +457,7 @@ def _rank(
         known,
         found,
         candidates,
-        _best_first(similarity, top),
+        best_first(similarity, top),
         numerators,
         denominators,
     )
@@ -467,18 +476,6 @@ def _strongest(names: Sequence[str], weights: Sequence[int]) -> dict[str, float]
     """Return the weights above 0 in [0, 1], the largest first."""
     pairs = sorted(zip(names, weights, strict=True), key=lambda pair: -pair[1])
     return {name: round(weight / ONE, 6) for name, weight in pairs if weight}
-
-
-def _best_first(similarity: NDArray[np.float64], top: int | None) -> NDArray[np.int64]:
-    """Return the rows of the most similar candidates, the tool left out (-1); of equal ones the first."""
-    if top is None or top >= len(similarity):
-        order = np.argsort(-similarity, kind="stable")
-        return order[similarity[order] >= 0][:top]
-    least = np.partition(similarity, -top)[-top]
-    better = np.flatnonzero(similarity > least)
-    equal = np.flatnonzero(similarity == least)
-    best = better[np.argsort(-similarity[better], kind="stable")]
-    return np.concatenate([best, equal[: top - len(best)]])
 
 
 def _recall(

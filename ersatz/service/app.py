@@ -1,5 +1,6 @@
 """The application: made by a function, so that a test can make its own."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -33,11 +34,12 @@ def create_app(kb: KnowledgeBase, settings: ServiceSettings | None = None) -> Fa
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        await service.start()
-        if settings.pages:
-            from ersatz.service.pages.data import warm
+        async with asyncio.TaskGroup() as ready:
+            ready.create_task(service.start())
+            if settings.pages:
+                from ersatz.service.pages.warming import warm
 
-            await service.read(lambda: warm(kb))
+                ready.create_task(service.read(lambda: warm(kb)))
         try:
             yield
         finally:

@@ -1,122 +1,23 @@
-"""A worker: a process of its own that evaluates one query at a time, and may be ended at any moment.
+"""Evaluator: answers one job at a time over a store, frame by frame."""
 
-`python -m ersatz.service.evaluator` is the parent of all workers. It reads the knowledge base once and
-forks a worker for every line "fork" it is told, so that a new worker is ready in milliseconds and shares
-the parent's memory. It does nothing else and holds no threads, which makes forking safe.
-"""
-
-import json
-import os
-import signal
 import socket
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
-from typing import Any, Final
+from collections.abc import Iterable, Iterator
+from typing import Final
 
 import pyoxigraph as ox
 
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.stores import DirectoryStore, MemoryStore, Store
+from ersatz.knowledge.stores import Store
 from ersatz.knowledge.vocabulary import KB_ONTOLOGY, REVISION
 from ersatz.resources import ONTOLOGY
-from ersatz.service.confinement import confine
-from ersatz.service.frames import DATA, END, HEADER, HELLO, JOB, KIND, REFUSED, Job, frame
+from ersatz.service.frames import DATA, END, KIND, REFUSED, Job, frame
 from ersatz.service.functions import Function, similarity_functions
-
-PIECE: Final = 1 << 16
-"""Bytes sent at once."""
-
-
-class LimitError(Exception):
-    """The answer is larger than allowed."""
+from ersatz.service.sink import LimitError, Sink, row_counter
 
 
 class UnacceptableError(Exception):
     """The client takes no format the answer has."""
-
-
-class Sink:
-    """A file that sends what is written in pieces, and counts rows and bytes."""
-
-    def __init__(self, connection: socket.socket, job: Job, count: Callable[[bytes], int] | None) -> None:
-        self._connection = connection
-        self._job = job
-        self._count = count
-        self._pieces: list[bytes] = []
-        self._waiting = self._bytes = self._rows = 0
-
-    def write(self, data: bytes) -> int:
-        """Take some bytes.
-
-        Raises
-        ------
-        LimitError
-            If the answer has become too large.
-        """
-        self._bytes += len(data)
-        if self._bytes > self._job.answer_bytes:
-            raise LimitError(f"the answer is larger than {self._job.answer_bytes >> 20} MiB")
-        if self._count is not None:
-            self.counted(self._count(data))
-        self._pieces.append(bytes(data))
-        self._waiting += len(data)
-        if self._waiting >= PIECE:
-            self.flush()
-        return len(data)
-
-    def counted(self, rows: int) -> None:
-        """Add rows; raise LimitError if there are too many."""
-        self._rows += rows
-        if self._rows > self._job.rows:
-            raise LimitError(f"the answer has more than {self._job.rows} rows")
-
-    def flush(self) -> None:
-        """Send what is waiting."""
-        if self._pieces:
-            self._connection.sendall(frame(DATA, b"".join(self._pieces)))
-            self._pieces.clear()
-            self._waiting = 0
-
-
-def row_counter(media: str) -> Callable[[bytes], int]:
-    """Return what counts the rows in successive pieces of a table; rows without a value count as none."""
-    if media == "text/tab-separated-values":
-        return lambda data: data.count(b"\n")  # line breaks in values are escaped
-    if media == "text/csv":
-        return _csv_rows()
-    # Within a string of JSON or of XML neither mark can appear, for " and < are escaped there.
-    mark = b'},{"' if media == "application/sparql-results+json" else b"</result>"
-    return _marks(mark)
-
-
-def _marks(mark: bytes) -> Callable[[bytes], int]:
-    tail = b""
-
-    def count(data: bytes) -> int:
-        nonlocal tail
-        seen = tail + data
-        tail = seen[-len(mark) + 1 :]
-        return seen.count(mark)
-
-    return count
-
-
-def _csv_rows() -> Callable[[bytes], int]:
-    quoted = False
-
-    def count(data: bytes) -> int:
-        nonlocal quoted
-        rows = 0
-        for at, part in enumerate(data.split(b'"')):
-            if at:
-                quoted = not quoted
-            if not quoted:
-                rows += part.count(b"\n")
-        return rows
-
-    return count
 
 
 class Evaluator:
@@ -263,85 +164,3 @@ def _refuse(connection: socket.socket, job: Job, status: int, message: str) -> N
 
 def _line(error: object) -> str:
     return " ".join(str(error).split())[:500]
-
-
-def _receive(connection: socket.socket, size: int) -> bytes:
-    data = bytearray()
-    while len(data) < size:
-        piece = connection.recv(size - len(data))
-        if not piece:
-            raise EOFError
-        data += piece
-    return bytes(data)
-
-
-def work(evaluator: Evaluator, address: str, memory: int) -> None:
-    """Connect to the service and answer jobs until it hangs up."""
-    connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    connection.connect(address)
-    confine(memory)
-    connection.sendall(frame(HELLO, str(os.getpid()).encode()))
-    while True:
-        letter, size = HEADER.unpack(_receive(connection, HEADER.size))
-        fields = json.loads(_receive(connection, size))
-        assert letter == JOB
-        evaluator.run(Job(**fields), connection)
-
-
-def open_store(spec: dict[str, Any]) -> tuple[Store, ox.Store]:
-    """Open what the workers read: a directory, or a copy of the knowledge base in N-Triples."""
-    if spec["directory"]:
-        directory = DirectoryStore(Path(spec["path"]))
-        return directory, directory.engine
-    memory = MemoryStore.read(Path(spec["path"]))
-    return memory, memory.engine
-
-
-def _become_worker(evaluator: Evaluator | None, spec: dict[str, Any]) -> None:
-    """Run as a worker; never return."""
-    code = 1
-    try:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.close(0)
-        work(evaluator or Evaluator(*open_store(spec)), spec["address"], spec["memory"])
-    except (EOFError, ConnectionError):
-        code = 0
-    finally:
-        os._exit(code)
-
-
-def main() -> None:
-    """Read the knowledge base, then fork and end workers as told on standard input."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    spec = json.loads(sys.stdin.readline())
-    # RocksDB has threads, which a fork would lose: there every worker opens the snapshot itself.
-    evaluator = None if spec["directory"] else Evaluator(*open_store(spec))
-    if evaluator is not None:
-        evaluator.warm()
-        Path(spec["path"]).unlink()
-    children: set[int] = set()
-    for line in iter(sys.stdin.readline, ""):
-        command, _, argument = line.strip().partition(" ")
-        if command == "fork":
-            pid = os.fork()
-            if pid == 0:
-                _become_worker(evaluator, spec)
-            children.add(pid)
-        elif command == "kill" and int(argument) in children:
-            # A child not yet waited for keeps its number, so this can meet nobody else.
-            os.kill(int(argument), signal.SIGKILL)
-            os.waitpid(int(argument), 0)
-            children.discard(int(argument))
-        _bury(children)
-    for pid in children:
-        os.kill(pid, signal.SIGKILL)
-
-
-def _bury(children: set[int]) -> None:
-    for pid in tuple(children):
-        if os.waitpid(pid, os.WNOHANG)[0]:
-            children.discard(pid)
-
-
-if __name__ == "__main__":
-    main()

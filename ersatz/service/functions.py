@@ -1,14 +1,16 @@
 """Similarity as SPARQL functions: `ersatz:jaccard(?a, ?b)` and its kin.
 
-Each takes two things of the knowledge base (classes, functional qualities or instances) and, as an
-optional third argument, the threshold from which on a quality is representative; by default that of the
-knowledge base. They compare sets of physical qualities (paper: Reasoner) and return an xsd:decimal
-rounded half-even to 6 places; on anything else they are an error, so that the variable stays unbound.
+Each takes two things of the knowledge base (classes, functional qualities or instances). `jaccard`,
+`coverage` and `tversky` compare sets of physical qualities (paper: Reasoner) and take, as an optional third
+argument, the threshold from which on a quality is representative; by default that of the knowledge base.
+`ruzicka` and `ordinal` compare degrees, which no threshold cuts. All return an xsd:decimal rounded half-even
+to 6 places; on anything else they are an error, so that the variable stays unbound.
 """
 
 from collections.abc import Callable
 from decimal import ROUND_HALF_EVEN, Decimal
 from fractions import Fraction
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -21,16 +23,22 @@ from ersatz.knowledge.queries import exact
 from ersatz.knowledge.terms import plain
 from ersatz.knowledge.vocabulary import XSD, term
 from ersatz.measurements import Kind
+from ersatz.reasoner.candidates import perceived
+from ersatz.reasoner.quantised import Grades, alike, build_graded, held_grades
+from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.similarity import CRISP, Similarity, compare
 
 DECIMAL: Final = ox.NamedNode(XSD + "decimal")
+DEGREES: Final = (Similarity.RUZICKA, Similarity.ORDINAL)
+"""The similarities of degrees; coverage and tversky are those of sets."""
+
 Function = Callable[..., ox.Literal | None]
 
 
 def function_iris() -> tuple[ox.NamedNode, ...]:
     """Return the IRIs of the functions."""
-    return tuple(term(form.value) for form in CRISP)
+    return tuple(term(form.value) for form in (*CRISP, *DEGREES))
 
 
 class QualitySets:
@@ -79,22 +87,56 @@ class QualitySets:
         return bits & self._physical
 
 
+class QualityDegrees:
+    """The degrees of everything, by property; looked up once."""
+
+    def __init__(self, kb: KnowledgeBase) -> None:
+        self._kb = kb
+        self._known: Knowledge = kb.view(load_knowledge)
+        self._index = build_graded(self._known, ReasonerSettings(graded=True))
+        self._functions = {iri: row for row, iri in enumerate(self._known.functions.iris)}
+        self._held: dict[str, Grades | None] = {}
+
+    def alike(self, one: str, other: str, form: Similarity) -> Fraction | None:
+        """Return how similar two things are in all physical qualities; None if one is unknown."""
+        a, b = self._of(one), self._of(other)
+        return None if a is None or b is None else alike(a, b, self._index.layout, form)[0]
+
+    def _of(self, iri: str) -> Grades | None:
+        if iri in self._known.row_of_class:
+            return self._index.classes.only([self._known.row_of_class[iri]])
+        if iri in self._functions:
+            return self._index.functions.only([self._functions[iri]])
+        if iri not in self._held:
+            held = perceived(self._kb, iri)
+            self._held[iri] = held_grades(self._known, held, self._index.layout) if held else None
+        return self._held[iri]
+
+
 def similarity_functions(kb: KnowledgeBase) -> dict[ox.NamedNode, Function]:
     """Return the functions for pyoxigraph; the knowledge is read when one is first called."""
-    sets: list[QualitySets] = []
+    sets, degrees = cache(lambda: QualitySets(kb)), cache(lambda: QualityDegrees(kb))
 
     def function(form: Similarity) -> Function:
         def similarity(*arguments: object) -> ox.Literal | None:
-            if not sets:
-                sets.append(QualitySets(kb))
             try:
-                return _compared(sets[0], form, arguments)
+                if form in DEGREES:
+                    return _alike(degrees(), form, arguments)
+                return _compared(sets(), form, arguments)
             except (ErsatzError, ValueError):
                 return None
 
         return similarity
 
-    return {term(form.value): function(form) for form in CRISP}
+    return {term(form.value): function(form) for form in (*CRISP, *DEGREES)}
+
+
+def _alike(degrees: QualityDegrees, form: Similarity, arguments: tuple[object, ...]) -> ox.Literal | None:
+    iris = [one.value for one in arguments if isinstance(one, ox.NamedNode)]
+    if len(arguments) != 2 or len(iris) != 2:
+        return None
+    found = degrees.alike(iris[0], iris[1], form)
+    return None if found is None else _decimal(found.numerator, found.denominator)
 
 
 def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]) -> ox.Literal | None:
@@ -109,5 +151,9 @@ def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]
     if found[0] is None or found[1] is None:
         return None
     numerators, denominators = compare(pack(found[0]), pack(found[1][None]), form)
-    ratio = Decimal(int(numerators[0])) / Decimal(int(denominators[0]))
+    return _decimal(int(numerators[0]), int(denominators[0]))
+
+
+def _decimal(numerator: int, denominator: int) -> ox.Literal:
+    ratio = Decimal(numerator) / Decimal(denominator)
     return ox.Literal(plain(ratio.quantize(Decimal("0.000001"), ROUND_HALF_EVEN)), datatype=DECIMAL)

@@ -1,14 +1,15 @@
 """What a query or an update may not contain, decided before it is evaluated.
 
-The text is searched, not tokenised: a scanner that skips strings and comments can be led to skip a
-keyword the engine sees (`<` is an operator and opens an IRI; code points may be escaped). Where this is
-too strict, for a literal such as "service <", the message says so. Workers cannot open a socket anyway.
+The text is searched, not tokenised, as `knowledge.queries.refuse_foreign_access` does and says why. Workers
+cannot open a socket anyway.
 """
 
 import re
 from dataclasses import dataclass
 from typing import Final
 
+from ersatz.errors import InputError
+from ersatz.knowledge.queries import refuse_foreign_access, unescaped
 from ersatz.knowledge.vocabulary import KB_ONTOLOGY
 
 GRAPHS: Final = frozenset({KB_ONTOLOGY.value, KB_ONTOLOGY.value + "#"})
@@ -16,12 +17,8 @@ GRAPHS: Final = frozenset({KB_ONTOLOGY.value, KB_ONTOLOGY.value + "#"})
 
 _GAP: Final = r"(?:\s|#[^\n\r]*)*"
 _NAME: Final = r"(<[^<>\s]*>?|[^\W\d]?[\w.\-]*:)"
-_SERVICE: Final = re.compile(
-    rf"(?<![?$:@\w-])SERVICE\b{_GAP}(?:SILENT\b)?{_GAP}(?:{_NAME}|[?$])", re.IGNORECASE
-)
 _LOAD: Final = re.compile(rf"(?<![?$:@\w-])LOAD\b{_GAP}(?:SILENT\b)?{_GAP}{_NAME}", re.IGNORECASE)
 _FROM: Final = re.compile(rf"(?<![?$:@\w-])(?:FROM|USING)\b{_GAP}(?:NAMED\b)?{_GAP}{_NAME}", re.IGNORECASE)
-_ESCAPE: Final = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 _OPEN, _CLOSE = frozenset("([{"), frozenset(")]}")
 
 
@@ -75,9 +72,11 @@ def inspect_update(text: str, depth: int) -> None:
 def _checked(text: str, depth: int) -> str:
     if "\0" in text:
         raise RefusedError(400, "the query holds a null character")
-    plain = _ESCAPE.sub(_unescape, text)
-    if _SERVICE.search(plain):
-        raise RefusedError(403, "SERVICE is not allowed: a query may only read this knowledge base")
+    try:
+        refuse_foreign_access(text)
+    except InputError as error:
+        raise RefusedError(403, str(error)) from None
+    plain = unescaped(text)
     deepest = level = 0
     for character in plain:
         if character in _OPEN:
@@ -88,11 +87,6 @@ def _checked(text: str, depth: int) -> str:
     if deepest > depth:
         raise RefusedError(400, f"the query has brackets {deepest} deep: at most {depth} are allowed")
     return plain
-
-
-def _unescape(found: re.Match[str]) -> str:
-    code = int(found[1] or found[2], 16)
-    return chr(code) if code < 0x110000 else found[0]
 
 
 def _check_graph(name: str, where: str) -> None:

@@ -1,20 +1,31 @@
 """Substitution over HTTP: `/substitutes?missing=tray&available=plate`, described by OpenAPI."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Header, HTTPException, Query
 from pydantic import BaseModel, Field
 
-from ersatz.errors import ErsatzError, UnknownNameError
+from ersatz.errors import ErsatzError, InputError, UnknownNameError
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.confidence import DRAWS
 from ersatz.reasoner.relevance import PAPER_PROPERTIES, Combine, ReasonerSettings
+from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import Ranking, rank_substitutes
 from ersatz.service.inspection import RefusedError
 from ersatz.service.service import Service
 
 Name = Annotated[str, Field(min_length=1, max_length=300)]
-Number = Annotated[str, Query(max_length=40, description="A number such as 0.35 or 1/3; kept exactly.")]
+Number = Annotated[
+    str | None,
+    Query(
+        max_length=40, description="A number such as 0.35 or 1/3, kept exactly; without it, what is usual."
+    ),
+]
+
+MOST_UNSURE: Final = 200
+"""Candidates whose confidence is told: it takes many answers."""
 
 
 class Problem(BaseModel):
@@ -48,6 +59,8 @@ class Candidate(BaseModel):
     extra: list[Evidence]
     counterfactual: dict[str, Any]
     explanation: str
+    aspects: list[dict[str, Any]] | None = None
+    confidence: dict[str, Any] | None = None
 
 
 class Substitutes(BaseModel):
@@ -62,6 +75,7 @@ class Substitutes(BaseModel):
     reused: bool
     relevant_functional: list[str]
     relevant_physical: list[str]
+    weights: dict[str, Any] | None = None
     substitutes: list[Candidate]
 
 
@@ -100,7 +114,10 @@ def rest_routes(service: Service) -> APIRouter:
     router = APIRouter()
 
     @router.get(
-        "/substitutes", responses=_PROBLEMS, summary="Which of the available things will do, and why?"
+        "/substitutes",
+        responses=_PROBLEMS,
+        response_model_exclude_unset=True,
+        summary="Which of the available things will do, and why?",
     )
     async def substitutes(
         missing: Annotated[str, Query(min_length=1, max_length=300, description="The missing tool's class.")],
@@ -110,32 +127,39 @@ def rest_routes(service: Service) -> APIRouter:
         instance: Annotated[
             list[Name] | None, Query(max_length=1000, description="Instances at hand.")
         ] = None,
-        representative: Number = "0.35",
-        tolerance: Number = "0.35",
-        relevance_tolerance: Number = "0.35",
+        representative: Number = None,
+        tolerance: Number = None,
+        relevance_tolerance: Number = None,
         combine: Combine = Combine.UNION,
-        similarity: Similarity = Similarity.JACCARD,
+        similarity: Annotated[
+            Similarity | None, Query(description="jaccard (default), graded: ordinal (default).")
+        ] = None,
+        graded: Annotated[bool, Query(description="Reason with degrees, without a cut.")] = False,
+        confidence: Annotated[
+            bool, Query(description=f"Also tell how sure it is; of at most {MOST_UNSURE} candidates.")
+        ] = False,
         above_lowest: bool = False,
         fallback: bool = False,
         properties: Annotated[
             str | None, Query(max_length=2000, description="paper, or names with commas.")
         ] = None,
-        top: Annotated[int | None, Query(ge=1, le=100_000, description="Only so many.")] = None,
+        top: Annotated[int, Query(ge=1, le=1_000, description="Only so many.")] = 100,
     ) -> Substitutes:
+        chosen: dict[str, Any] = {
+            "representative": representative,
+            "tolerance": tolerance,
+            "relevance_tolerance": relevance_tolerance,
+            "similarity": similarity,
+            "properties": chosen_properties(properties),
+        }
+
         def ask() -> dict[str, Any]:
+            given = {name: value for name, value in chosen.items() if value is not None}
             settings = ReasonerSettings(
-                representative,  # type: ignore[arg-type] # thresholds are made exact by the settings
-                tolerance,  # type: ignore[arg-type]
-                relevance_tolerance,  # type: ignore[arg-type]
-                combine,
-                similarity,
-                above_lowest,
-                fallback,
-                chosen_properties(properties),
+                combine=combine, above_lowest=above_lowest, fallback=fallback, graded=graded, **given
             )
-            return rank_substitutes(
-                service.kb, missing, available, instances=instance or (), settings=settings, top=top
-            ).to_json()
+            things = available, instance or ()
+            return rank(service.kb, missing, *things, settings, top=top, confidence=confidence).to_json()
 
         return Substitutes(**await _answered(service, ask))
 
@@ -159,6 +183,33 @@ def rest_routes(service: Service) -> APIRouter:
         return Health(status="ok", revision=service.kb.revision, writable=service.settings.writable)
 
     return router
+
+
+def rank(
+    kb: KnowledgeBase,
+    missing: str,
+    available: Sequence[str] | None,
+    instances: Sequence[str],
+    settings: ReasonerSettings,
+    *,
+    top: int | None = None,
+    confidence: bool = False,
+) -> Ranking:
+    """Rank for a stranger: how sure the answer is, is told of a bounded number of candidates.
+
+    Raises
+    ------
+    InputError
+        If confidence is asked of more.
+    """
+    asked = len(available or ()) + len(instances) or len(kb.view(load_knowledge).classes.iris)
+    if confidence and asked > MOST_UNSURE:
+        raise InputError(
+            f"confidence is asked of {asked} candidates: name at most {MOST_UNSURE} that are available"
+        )
+    draws = DRAWS if confidence else None
+    things = available or None
+    return rank_substitutes(kb, missing, things, instances=instances, settings=settings, top=top, draws=draws)
 
 
 def remembered(

@@ -16,6 +16,7 @@ from ersatz.knowledge.vocabulary import FORMAT
 from ersatz.resources import ONTOLOGY
 from ersatz.service.frames import Job
 from ersatz.service.inspection import RefusedError
+from ersatz.service.scans import ScanFolder
 from ersatz.service.settings import ServiceSettings
 from ersatz.service.workers import Pool
 
@@ -37,8 +38,11 @@ class Service:
                 f"{place.stem!r} is shipped with ERSATZ and is not written to: "
                 f"`ersatz export {place.stem} ./{place.name}` makes a copy to serve"
             )
+        if settings.writable and kb.location.startswith(("http://", "https://")):
+            raise InputError(f"{kb.location!r} is changed at its own endpoint: serve it without --writable")
         self.kb = kb
         self.settings = settings
+        self.scans = ScanFolder(settings.scans) if settings.scans is not None else None
         self.pool = Pool(kb, settings)
         self._writing = asyncio.Lock()
 

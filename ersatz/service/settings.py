@@ -1,5 +1,6 @@
 """What the service allows, and how much of it."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -8,6 +9,7 @@ from ersatz.errors import InputError
 
 LOOPBACK: Final = ("127.0.0.1", "::1", "localhost")
 FEWEST_TOKEN_CHARACTERS: Final = 16
+_ORIGIN: Final = re.compile(r"https?://[^\s/?#@]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,8 @@ class ServiceSettings:
         Names the service answers to; empty for any.
     pages : bool
         Whether there are pages beside the endpoint.
+    scans : Path or None
+        Folder of the scans the knowledge base was built from, shown on the pages of individuals.
     """
 
     seconds: float = 20.0
@@ -62,12 +66,18 @@ class ServiceSettings:
     origins: tuple[str, ...] = ()
     hosts: tuple[str, ...] = LOOPBACK
     pages: bool = True
+    scans: Path | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""
         for name in ("seconds", "queue_seconds", "rows", "answer_bytes", "body_bytes", "workers", "depth"):
             if getattr(self, name) <= 0:
                 raise InputError(f"{name} is {getattr(self, name)!r}: give a positive number")
+        for origin in self.origins:
+            if origin != "*" and not _ORIGIN.fullmatch(origin):
+                raise InputError(
+                    f"{origin!r} is no web origin: give scheme and host, such as https://example.org, or *"
+                )
         if self.token is not None and len(self.token) < FEWEST_TOKEN_CHARACTERS:
             raise InputError(
                 f"the token has {len(self.token)} characters: give at least {FEWEST_TOKEN_CHARACTERS}, "

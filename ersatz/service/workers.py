@@ -1,64 +1,28 @@
 """Pool: warm worker processes; one that takes too long is ended, and another takes its place.
 
 No SPARQL engine for Python can cancel a query, so that only ending its process does. The processes share
-the memory of their parent (see `evaluator`): a new one costs milliseconds.
+the memory of their parent (see `worker`): a new one costs milliseconds.
 """
 
 import asyncio
 import json
 import logging
-import os
 import shutil
-import sys
 import tempfile
 from collections import deque
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Final
 
-import pyoxigraph as ox
-
-from ersatz.errors import KnowledgeBaseError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.stores import is_directory_store
 from ersatz.service.frames import DATA, END, HEADER, HELLO, JOB, KIND, REFUSED, Job, frame
+from ersatz.service.generation import Generation, Worker, begin, end
 from ersatz.service.inspection import RefusedError
 from ersatz.service.settings import ServiceSettings
 from ersatz.service.spool import Spool
 
 log = logging.getLogger("ersatz.service")
-
-START_SECONDS: Final = 120.0
-"""How long reading the knowledge base may take before the first worker answers."""
-
-
-@dataclass(eq=False, slots=True)
-class Worker:
-    """A worker process and the line to it."""
-
-    pid: int
-    reader: asyncio.StreamReader
-    writer: asyncio.StreamWriter
-    generation: "Generation"
-
-
-@dataclass(eq=False, slots=True)
-class Generation:
-    """The parent of the workers that read one state of the knowledge base."""
-
-    number: int
-    process: asyncio.subprocess.Process
-    server: asyncio.Server
-    busy: int = 0
-    ready: asyncio.Event = field(default_factory=asyncio.Event)
-
-    def tell(self, command: str) -> None:
-        """Send a line to the parent; one that has gone needs none."""
-        if self.process.stdin is not None and not self.process.stdin.is_closing():
-            with suppress(ConnectionError, RuntimeError):
-                self.process.stdin.write(f"{command}\n".encode())
 
 
 class Pool:
@@ -91,7 +55,9 @@ class Pool:
     async def reload(self) -> None:
         """Read the knowledge base anew; queries under way end on the old state, the next see the new one."""
         async with self._reloading:
-            generation = await self._begin()
+            self._count += 1
+            memory = self._settings.worker_bytes
+            generation = await begin(self._kb, self._folder, self._count, memory, self._greet)
             before, self._current = self._current, generation
             self._retire_idle()
             if before is not None:
@@ -112,7 +78,7 @@ class Pool:
         self._current = None
         self._retire_idle()
         for generation in generations:
-            await _end(generation)
+            await end(generation)
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def evaluate(self, job: Job) -> tuple[Spool, asyncio.Task[None]]:
@@ -231,52 +197,9 @@ class Pool:
     def _end_if_unused(self, generation: Generation) -> None:
         if generation in self._older and generation.busy == 0:
             self._older.discard(generation)
-            task = asyncio.create_task(_end(generation))
+            task = asyncio.create_task(end(generation))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
-
-    async def _begin(self) -> Generation:
-        """Start a parent of workers and wait until its first worker says hello."""
-        self._count += 1
-        address = self._folder / f"{self._count}.socket"
-        location = Path(self._kb.location)
-        directory = not self._kb.location.startswith("http") and is_directory_store(location)
-        path = location if directory else self._folder / f"{self._count}.nt"
-        if not directory:
-            await asyncio.to_thread(_dump, self._kb, path)
-        holder: list[Generation] = []
-        server = await asyncio.start_unix_server(
-            lambda reader, writer: self._greet(holder[0], reader, writer), address, limit=1 << 18
-        )
-        process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            *("-m", "ersatz.service.evaluator"),
-            stdin=asyncio.subprocess.PIPE,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            start_new_session=True,
-        )
-        generation = Generation(self._count, process, server)
-        holder.append(generation)
-        spec = {
-            "address": str(address),
-            "directory": directory,
-            "path": str(path.absolute()),
-            "memory": self._settings.worker_bytes,
-        }
-        generation.tell(json.dumps(spec))
-        generation.tell("fork")
-        await self._first_hello(generation)
-        return generation
-
-    async def _first_hello(self, generation: Generation) -> None:
-        hello = asyncio.create_task(generation.ready.wait())
-        gone = asyncio.create_task(generation.process.wait())
-        await asyncio.wait({hello, gone}, timeout=START_SECONDS, return_when=asyncio.FIRST_COMPLETED)
-        gone.cancel()
-        if not hello.done():
-            hello.cancel()
-            await _end(generation)
-            raise KnowledgeBaseError("no worker could be started: see the messages above")
 
     async def _greet(
         self, generation: Generation, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
@@ -294,20 +217,3 @@ class Pool:
             while first and self._current is not generation and generation.process.returncode is None:
                 await asyncio.sleep(0.001)
             self._release(worker, whole=True)
-
-
-async def _end(generation: Generation) -> None:
-    """Let the parent end its workers and itself; if it will not, end it."""
-    generation.server.close()
-    if generation.process.stdin is not None:
-        generation.process.stdin.close()
-    try:
-        async with asyncio.timeout(5):
-            await generation.process.wait()
-    except TimeoutError:
-        generation.process.kill()
-        await generation.process.wait()
-
-
-def _dump(kb: KnowledgeBase, path: Path) -> None:
-    ox.serialize(kb.triples(), str(path), format=ox.RdfFormat.N_TRIPLES)

@@ -88,11 +88,6 @@ def time_text(times: tuple[float, ...]) -> str:
     return f"{middle * 1e6:.3g} µs"
 
 
-def into_readme(table: str) -> None:
-    """Put the table into its place in the README."""
-    put(table, BEGIN, END)
-
-
 def _line(row: Row) -> str:
     ratio, spread = row.ratio, row.spread
     found = f"{ratio:.3g} ({spread[0]:.2g}–{spread[1]:.2g})" if ratio and spread else row.note
@@ -132,7 +127,7 @@ def main() -> None:
             (options.out / "benchmarks.json").write_text(text + "\n", encoding="utf-8")
     print(markdown(rows), end="", flush=True)
     if options.readme:
-        into_readme(markdown(rows))
+        put(markdown(rows), BEGIN, END)
 
 
 if __name__ == "__main__":

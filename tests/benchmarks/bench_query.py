@@ -1,57 +1,40 @@
-"""Time a warm query: on the shipped expert's classes, and on many random ones beside numpy and SPARQL.
+"""Time a warm query: on the shipped knowledge base, and on many random classes.
 
-Run `python -m tests.benchmarks.bench_query [CLASSES]`. Figures are medians, compared within one run.
+Part of `python -m tests.benchmarks`. Every rival's answer is compared with ERSATZ's before it is timed.
 """
 
-import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
-import ersatz
 from ersatz.grounding.conceptualization import DEGREE, Counts
-from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.queries import stored_query
+from ersatz.knowledge.queries import Argument, stored_query
 from ersatz.knowledge.writer import BuildRecord, class_knowledge, function_knowledge, knowledge
 from ersatz.measurements import Kind
-from ersatz.pipeline import Settings, build
 from ersatz.reasoner.relevance import ReasonerSettings, build_index
 from ersatz.reasoner.representative import load_knowledge, pack
-from ersatz.reasoner.substitution import rank_substitutes
+from ersatz.reasoner.substitution import Ranking, rank_substitutes
 from tests.benchmarks.measuring import Rival, Row, race
 from tests.making import prop, ranked, table
 
 PROPERTIES = [prop(f"body_{n}") for n in range(6)] + [prop(f"use_{n}", "functional") for n in range(2)]
 TOOL = "thing 0"
-
-
-def seconds(work: Callable[[], object], times: int) -> float:
-    """Return the median time of one run."""
-    found = []
-    for _ in range(times):
-        start = time.perf_counter()
-        work()
-        found.append(time.perf_counter() - start)
-    return median(found)
-
-
-def small() -> None:
-    """Time the query of every robot: few classes, all ranked."""
-    expert = Path(ersatz.__file__).parent / "data" / "expert.toml"
-    kb = build(expert=expert, settings=Settings(SubcategorizationSettings(restarts=3)))
-    classes = [str(row["name"]) for row in kb.ask("classes")]
-    rank_substitutes(kb, "tray")
-    everything = seconds(lambda: rank_substitutes(kb, "tray"), 2000)
-    named = seconds(lambda: rank_substitutes(kb, "tray", classes), 2000)
-    told = seconds(lambda: [one.explain() for one in rank_substitutes(kb, "tray")], 20)
-    print(f"{len(classes)} classes, all ranked: {everything * 1e6:.0f} us; named: {named * 1e6:.0f} us")
-    print(f"the same, every candidate explained: {told * 1e3:.1f} ms")
+THETA = ReasonerSettings().representative
+OWLREADY = """
+PREFIX e: <https://w3id.org/ersatz#>
+SELECT ?class ?quality ?n ?of {
+  ?model e:describesClass ?class ; e:hasEntry ?entry .
+  ?entry e:quality ?quality ; e:count ?n ; e:total ?of .
+  ?quality a e:PhysicalQuality .
+}
+"""
+"""All that is known of physical qualities: what its engine can do without an error. Python does the rest."""
 
 
 def random_counts(classes: int) -> Counts:
@@ -97,74 +80,135 @@ def lines(counts: Counts) -> Iterator[str]:
         yield from function_knowledge(counts, row, record.theta)
 
 
-def large(classes: int) -> None:
-    """Time many classes, all ranked, ten returned; the same in SPARQL, and one pass of numpy."""
-    kb = KnowledgeBase.create(lines(random_counts(classes)))
-    first = seconds(lambda: rank_substitutes(kb, TOOL, top=10), 1)
-    found = rank_substitutes(kb, TOOL, top=10)
-    assert len(found.relevant_physical) == 6, found.relevant_physical
-    ours = seconds(lambda: rank_substitutes(kb, TOOL, top=10), 100)
-    body = build_index(kb.view(load_knowledge), ReasonerSettings()).body
-    relevant = pack(found.relevance.physical)
-
-    def one_pass() -> object:
-        both = np.bitwise_count(body & relevant).sum(axis=1, dtype=np.int64)
-        either = np.bitwise_count(body | relevant).sum(axis=1, dtype=np.int64)
-        return both / either
-
-    numpy_pass = seconds(one_pass, 100)
-    text = stored_query("jaccard").bind(
-        kb.resolve, {"qualities": found.relevant_physical, "threshold": ReasonerSettings().representative}
-    )
-    start = time.perf_counter()
-    rows = list(kb.query(text))
-    sparql = time.perf_counter() - start
-    check_equal(kb, rows)
-    print(f"{classes} classes, all ranked, top 10: {ours * 1e3:.2f} ms (first, reading all: {first:.1f} s)")
-    print(f"one pass of numpy over the packed bits: {numpy_pass * 1e3:.2f} ms; ratio {ours / numpy_pass:.1f}")
-    print(f"the same in SPARQL on Oxigraph: {sparql:.2f} s; ratio {sparql / ours:.0f}")
-
-
 def run(quick: bool) -> list[Row]:
-    """Time the warm query of the shipped knowledge base beside plain Python sets."""
+    """Time warm queries from few classes to a million."""
+    rows = shipped(quick) + beside_sparql(500 if quick else 5_000)
+    for classes in (2_000, 20_000) if quick else (100_000, 1_000_000):
+        rows += arrays(classes, quick)
+    return rows
+
+
+def shipped(quick: bool) -> list[Row]:
+    """Time the query of every robot: the shipped knowledge base, all ranked."""
     kb = KnowledgeBase.open("household")
-    known, theta = kb.view(load_knowledge), ReasonerSettings().representative
+    known = kb.view(load_knowledge)
     names = [quality.name for quality in known.qualities]
-    typical = known.classes.representative(theta) & known.mask(Kind.PHYSICAL)
+    typical = known.classes.representative(THETA) & known.mask(Kind.PHYSICAL)
     sets = [frozenset(names[at] for at in np.flatnonzero(bits)) for bits in typical]
-    relevant = frozenset(rank_substitutes(kb, "tray").relevant_physical)
+    ranking = rank_substitutes(kb, "tray")
+    relevant = frozenset(ranking.relevant_physical)
+    expected = [(one.name, one.fraction) for one in ranking]
+    ontology, graph = kb.owl(), kb.graph
+    text = jaccard_text(kb, ranking)
 
-    def with_sets() -> list[tuple[Fraction, str]]:
+    def with_sets() -> list[tuple[str, Fraction]]:
         pairs = zip(sets, known.classes.names, strict=True)
-        found = [(-Fraction(len(s & relevant), len(s | relevant)), name) for s, name in pairs]
-        return sorted(one for one in found if one[1] != "tray")
+        return ordered({name: Fraction(len(s & relevant), len(s | relevant)) for s, name in pairs})
 
-    ours = [(-one.fraction, one.name) for one in rank_substitutes(kb, "tray")]
-    assert ours == with_sets()
+    def owlready2() -> list[tuple[str, Fraction]]:
+        held: dict[str, set[str]] = {}
+        for thing, quality, n, of in ontology.world.sparql(OWLREADY):
+            found = held.setdefault(thing.iri, set())
+            if Fraction(str(n)) >= THETA * Fraction(str(of)):
+                found.add(quality.name)
+        named = {known.classes.names[known.row_of_class[iri]]: one for iri, one in held.items()}
+        return ordered({name: Fraction(len(s & relevant), len(s | relevant)) for name, s in named.items()})
+
+    def with_rdflib() -> list[dict[str, object]]:
+        found: Any = graph.query(text)
+        return [{"class": row[0], "both": row[1], "either": row[2]} for row in found]
+
+    assert with_sets() == owlready2() == expected
+    check_rows(ranking, list(kb.query(text)))
+    check_rows(ranking, with_rdflib())
+    given = "the relevant qualities were given to it"
     return race(
         "warm query, all ranked",
         f"{len(sets)} classes",
         lambda: rank_substitutes(kb, "tray"),
-        [Rival("Python sets and Fractions, relevance not counted", with_sets)],
+        [
+            Rival("Python sets and Fractions", with_sets, note=given),
+            Rival(
+                "SPARQL on Oxigraph", lambda: list(kb.query(text)), note=given, package="pyoxigraph", most=5
+            ),
+            Rival("SPARQL on rdflib", with_rdflib, note=given, package="rdflib", most=1),
+            Rival("owlready2's SPARQL and Python sets", owlready2, note=given, package="owlready2", most=3),
+        ],
         rounds=5 if quick else 50,
         repeat=20,
     )
 
 
-def check_equal(kb: KnowledgeBase, rows: Iterable[Mapping[str, object]]) -> None:
-    """Assert that SPARQL and the reasoner say the same of every class."""
-    theirs = {str(row["class"]): (int(str(row["both"])), int(str(row["either"]))) for row in rows}
+def beside_sparql(classes: int) -> list[Row]:
+    """Time many classes, ten returned, beside the same in SPARQL."""
+    kb = KnowledgeBase.create(lines(random_counts(classes)))
     ranking = rank_substitutes(kb, TOOL)
-    halves = zip(ranking.order.tolist(), ranking.numerators[ranking.order].tolist(), strict=True)
-    ours = {
-        ranking.candidates.iris[row]: (number // 2, int(ranking.denominators[row]) // 2)
-        for row, number in halves
-        if number
-    }
+    assert ranking.relevant_physical
+    text = jaccard_text(kb, ranking)
+    check_rows(ranking, list(kb.query(text)))
+    return race(
+        "warm query, top 10",
+        f"{classes:,} classes",
+        lambda: rank_substitutes(kb, TOOL, top=10),
+        [Rival("SPARQL on Oxigraph", lambda: list(kb.query(text)), 50, "", "pyoxigraph", most=3)],
+        rounds=20,
+    )
+
+
+def arrays(classes: int, quick: bool) -> list[Row]:
+    """Time very many classes, ten returned, beside those who compare packed bits."""
+    from tests.benchmarks.rivals import bit_rivals, search_rivals, shelved
+
+    with TemporaryDirectory() as folder, shelved(Path(folder), classes) as kb:
+        ranking = rank_substitutes(kb, TOOL)
+        body, relevant = (
+            build_index(kb.view(load_knowledge), ReasonerSettings()).body,
+            pack(ranking.relevance.physical),
+        )
+        similarities = ranking.numerators / ranking.denominators
+
+        def one_pass() -> object:
+            both = np.bitwise_count(body & relevant).sum(axis=1, dtype=np.int64)
+            either = np.bitwise_count(body | relevant).sum(axis=1, dtype=np.int64)
+            return both / either
+
+        def check(distances: object) -> None:
+            assert np.allclose(1 - np.asarray(distances)[0], similarities, atol=1e-6)
+
+        def check_ten(distances: object) -> None:
+            best = np.sort(similarities)[-10:]
+            assert np.allclose(np.sort(1 - np.asarray(distances)[0]), best, atol=1e-6)
+
+        check([1 - np.asarray(one_pass())])
+        limit = Rival("one pass of numpy over the packed bits", one_pass, 1 / 6, "", "numpy")
+        rivals = bit_rivals(relevant[None], body, check, most=3)
+        rivals += search_rivals(relevant[None], body, check_ten, most=5)
+        return race(
+            "warm query, top 10",
+            f"{classes:,} classes",
+            lambda: rank_substitutes(kb, TOOL, top=10),
+            [limit, *rivals],
+            rounds=5 if quick else 30,
+        )
+
+
+def jaccard_text(kb: KnowledgeBase, ranking: Ranking) -> str:
+    """Return the question for the same similarities in pure SPARQL."""
+    given: dict[str, Argument] = {"qualities": ranking.relevant_physical, "threshold": THETA}
+    return stored_query("jaccard").bind(kb.resolve, given)
+
+
+def ordered(similarity: Mapping[str, Fraction], tool: str = "tray") -> list[tuple[str, Fraction]]:
+    """Return candidates by similarity, then name, without the tool."""
+    found = sorted(similarity.items(), key=lambda one: (-one[1], one[0]))
+    return [one for one in found if one[0] != tool]
+
+
+def check_rows(ranking: Ranking, rows: Iterable[Mapping[str, object]]) -> None:
+    """Assert that SPARQL and the reasoner say the same of every class."""
+    theirs = {str(row["class"]): Fraction(int(str(row["both"])), int(str(row["either"]))) for row in rows}
     theirs.pop(ranking.iri, None)
+    halves = zip(ranking.numerators.tolist(), ranking.denominators.tolist(), strict=True)
+    ours = {iri: Fraction(n, d) for iri, (n, d) in zip(ranking.candidates.iris, halves, strict=True) if n}
+    ours.pop(ranking.iri, None)
     assert ours == theirs, "the reasoner and SPARQL differ"
-
-
-if __name__ == "__main__":
-    small()
-    large(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)

@@ -2,8 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import reduce
+from math import floor
 from operator import add
 from typing import TypeAlias
 
@@ -70,6 +72,15 @@ def counted(some: Sequence[Unit], *, crisp: bool = False) -> Counts:
     return conceptualize(attribution_of(some, crisp=crisp), CLASSES)
 
 
+def divided(much: int, degrees: Degrees) -> list[int]:
+    """Divide a degree in proportion to others, in millionths; the largest remainders get what is left."""
+    exact = [Fraction(much * degree, DEGREE) for degree in degrees]
+    shares = [floor(share) for share in exact]
+    for at in sorted(range(len(exact)), key=lambda at: shares[at] - exact[at])[: much - sum(shares)]:
+        shares[at] += 1
+    return shares
+
+
 def by_hand(some: Sequence[Unit]) -> dict[tuple[str, ...], int]:
     """Count in dictionaries; what is absent is 0."""
     found: dict[tuple[str, ...], int] = defaultdict(int)
@@ -89,8 +100,7 @@ def by_hand(some: Sequence[Unit]) -> dict[tuple[str, ...], int]:
                     continue
                 for level, much in enumerate(able, start=1):
                     found["function total", f"{f.name}_{level}", p.name] += much
-                    for rank, degree in enumerate(degrees, start=1):
-                        both = (2 * much * degree + DEGREE) // (2 * DEGREE)
+                    for rank, both in enumerate(divided(much, degrees), start=1):
                         found["function count", f"{f.name}_{level}", f"{p.name}_{rank}"] += both
     return {key: count for key, count in found.items() if count}
 
@@ -125,6 +135,18 @@ def test_crisp_counts_are_those_of_counting_by_hand(some: list[Unit]) -> None:
 @given(some_units(fuzzy_degrees()))
 def test_fuzzy_counts_are_those_of_counting_by_hand(some: list[Unit]) -> None:
     assert as_dict(counted(some)) == by_hand(some)
+
+
+@settings(max_examples=300, deadline=None)
+@given(some_units(fuzzy_degrees()))
+def test_counts_of_one_property_add_up_to_its_total(some: list[Unit]) -> None:
+    """So that what was counted can be read back: a total above 0 has a count above 0."""
+    counts = counted(some)
+    for counted_, totals in (
+        (counts.class_counts, counts.class_totals),
+        (counts.function_counts, counts.function_totals),
+    ):
+        assert np.array_equal(np.add.reduceat(counted_, counts.offsets[:-1], axis=1), totals)
 
 
 @settings(max_examples=300, deadline=None)
@@ -190,6 +212,18 @@ def test_counts_at_other_cut_points_are_not_added() -> None:
     shifted = conceptualize(Attribution(other, np.zeros(0, np.int32), empty_held()), CLASSES)
     with pytest.raises(InputError, match="same cut points"):
         empty + shifted
+
+
+def test_counts_of_other_fuzziness_are_not_added() -> None:
+    norms = np.eye(1)[None].repeat(RANKS, axis=0)
+    for other in (
+        tuple(replace(q, fuzzifier=2.0) for q in QUALITIES),
+        tuple(replace(q, norms=norms) for q in QUALITIES),
+    ):
+        shifted = conceptualize(Attribution(other, np.zeros(0, np.int32), empty_held()), CLASSES)
+        with pytest.raises(InputError, match="same cut points"):
+            counted([]) + shifted
+        assert as_dict(shifted + shifted) == {}
 
 
 def empty_held() -> tuple[np.ndarray, ...]:

@@ -136,6 +136,13 @@ SERVICES = [
     'SELECT * { BIND ("""a"b""" AS ?x) SERVICE <http://127.0.0.1:1/> { ?s ?p ?o } BIND (\'c\' AS ?y) }',
     "SELECT * { BIND ('''it's''' AS ?x) SERVICE <http://127.0.0.1:1/> { ?s ?p ?o } }",
     "SELECT * { BIND ('\\u0027SERVICE <http://127.0.0.1:1/> {} #' AS ?x) }",
+    "PREFIX a: <x:> SELECT * { FILTER(?x<a:#>'''\n) SERVICE <http://127.0.0.1:1/> {} #'''\n}",
+    "SELECT * {SERVICESILENT<http://127.0.0.1:1/>{}}",
+    "PREFIX e: <http://127.0.0.1:1/> SELECT * {SERVICEe:x{}}",
+    "PREFIX e: <http://127.0.0.1:1/> SELECT * {?a ?b ?xservice SERVICEe:b{}}",
+    "SELECT * { ?a?b?c.SERVICE<http://127.0.0.1:1/>{} }",
+    'SELECT * { ?a ?b "x"@en.SERVICE<http://127.0.0.1:1/>{} }',
+    "PREFIX e: <x:> SELECT * { ?a ?b e:c.SERVICE<http://127.0.0.1:1/>{} }",
 ]
 
 

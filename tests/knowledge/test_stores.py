@@ -207,3 +207,27 @@ def test_nothing_is_left_of_a_write_that_fails(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="dried up"):
         KnowledgeBase.create(lines(), tmp_path / "kb")  # type: ignore[arg-type]
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_knowledge_base_is_replaced_at_once_where_the_system_can(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, at_once: bool
+) -> None:
+    if at_once and not sys.platform.startswith("linux"):
+        pytest.skip("only Linux exchanges two names")
+    other = small()
+    other.forget("plate 1")
+    renamed: list[Path] = []
+    real = Path.rename
+
+    def rename(one: Path, to: Path) -> Path:
+        renamed.append(one)
+        return real(one, to)
+
+    monkeypatch.setattr(Path, "rename", rename)
+    if not at_once:
+        monkeypatch.setattr("ersatz.knowledge.stores._exchange", lambda *_: False)
+    other.save(folder)
+    assert len(renamed) == (0 if at_once else 2)
+    assert KnowledgeBase.open(folder).revision == other.revision
+    assert [entry.name for entry in folder.parent.iterdir()] == [folder.name]

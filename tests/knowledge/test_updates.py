@@ -52,12 +52,17 @@ def things(draw: st.DrawFn) -> dict[str, list[Row]]:
     return found
 
 
-@settings(max_examples=15, deadline=None)
-@given(things(), st.randoms(use_true_random=False), st.sampled_from(ObservationUnit))
+@settings(max_examples=20, deadline=None)
+@given(
+    things(),
+    st.randoms(use_true_random=False),
+    st.sampled_from(ObservationUnit),
+    st.sampled_from([1.0, 1.3, 2.0]),
+)
 def test_any_order_of_observing_and_forgetting_equals_grounding_what_is_left(
-    found: dict[str, list[Row]], chance: "object", unit: ObservationUnit
+    found: dict[str, list[Row]], chance: "object", unit: ObservationUnit, fuzzifier: float
 ) -> None:
-    kb = small(unit=unit)
+    kb = small(unit=unit, fuzzifier=fuzzifier)
     qualities = read_qualities(kb)
     steps = [row for rows in found.values() for row in rows]
     chance.shuffle(steps)  # type: ignore[attr-defined]
@@ -74,8 +79,9 @@ def test_any_order_of_observing_and_forgetting_equals_grounding_what_is_left(
     assert_whole(kb)
 
 
-def test_all_can_be_forgotten_and_learned_again() -> None:
-    kb = small()
+@pytest.mark.parametrize("fuzzifier", [1.0, 2.0])
+def test_all_can_be_forgotten_and_learned_again(fuzzifier: float) -> None:
+    kb = small(fuzzifier=fuzzifier)
     facts, revision = facts_of(kb), kb.revision
     names = sorted({row[2] for row in ROWS})
     for name in names:

@@ -53,9 +53,11 @@ def small(
     unit: ObservationUnit = ObservationUnit.INSTANCE,
     *,
     classes_only: bool = False,
+    fuzzifier: float = 1.0,
 ) -> KnowledgeBase:
     """Build a knowledge base of three classes in memory."""
-    settings = Settings(SubcategorizationSettings(clusters=2), unit=unit, classes_only=classes_only)
+    cuts = SubcategorizationSettings(clusters=2, fuzzifier=fuzzifier)
+    settings = Settings(cuts, unit=unit, classes_only=classes_only)
     return build(blocks=blocks(rows), settings=settings)
 
 

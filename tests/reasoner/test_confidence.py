@@ -1,13 +1,23 @@
 """How sure an answer is, and what to ask next: the limits, and answers known by thought alone."""
 
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 import pytest
+import rdflib
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import InputError
+from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.exports import KNOWROB, knowrob
+from ersatz.knowledge.models import Drawing
+from ersatz.knowledge.validation import check
+from ersatz.knowledge.vocabulary import ERSATZ
 from ersatz.reasoner import sampling
+from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.gain import Doubt, outlook
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
@@ -17,7 +27,14 @@ from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.making import Held
 from tests.reasoner.test_substitution import HELD, TRAY
-from tests.reasoner.worlds import helds, make
+from tests.reasoner.worlds import PROPERTIES, helds, make
+
+MEASURED: Held = {
+    name: (label, {p.name: 1 for p in PROPERTIES} | dict(ranks))
+    for name, (label, ranks) in HELD.items()
+    if label != "ghost"
+}
+"""With a value of every property of every object."""
 
 
 def question(kb: KnowledgeBase, tool: str, chosen: ReasonerSettings | None = None, **many: int) -> Question:
@@ -28,16 +45,22 @@ def question(kb: KnowledgeBase, tool: str, chosen: ReasonerSettings | None = Non
         table.counts[:] *= times
         table.totals[:] *= times
     rows = np.sort(ranking.candidates.rows[ranking.order])
-    none = np.zeros((len(rows), len(known.qualities)), dtype=bool)
+    none = np.zeros((len(rows), len(known.qualities)))
     return Question(known, ranking.settings, known.row_of_name[tool], rows, none)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(helds(), st.sampled_from(list(Combine)), st.sampled_from(list(Similarity)), st.booleans())
-def test_probabilities_are_probabilities(
-    held: Held, combine: Combine, form: Similarity, fallback: bool
-) -> None:
-    chosen = ReasonerSettings(combine=combine, similarity=form, fallback=fallback)
+SETTINGS = [
+    ReasonerSettings(),
+    ReasonerSettings(combine=Combine.INTERSECTION, similarity=Similarity.TVERSKY, fallback=True),
+    ReasonerSettings(graded=True),
+    ReasonerSettings(graded=True, similarity=Similarity.RUZICKA, fallback=True),
+    ReasonerSettings(graded=True, similarity=Similarity.TVERSKY, properties=("alpha", "use")),
+]
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(helds(), st.sampled_from(SETTINGS))
+def test_probabilities_are_probabilities(held: Held, chosen: ReasonerSettings) -> None:
     tool = next(iter(held.values()))[0]
     asked = question(make(held), tool, chosen)
     found = confidences(asked, 30)
@@ -51,25 +74,26 @@ def test_probabilities_are_probabilities(
         assert all(np.isfinite(one.gain) and one.gain > 0 for one in wished.measurements)
 
 
-@pytest.mark.parametrize("fallback", [False, True])
-def test_endless_data_gives_the_crisp_answer(fallback: bool) -> None:
-    chosen = ReasonerSettings(fallback=fallback)
+@pytest.mark.parametrize("chosen", SETTINGS)
+def test_endless_data_gives_the_answer_at_the_observed_degrees(chosen: ReasonerSettings) -> None:
     for tool in ("tray", "plate", "sponge"):
-        ranking = rank_substitutes(make(HELD), tool, settings=chosen)
-        crisp = {one.name: (one.accepted, one.similarity) for one in ranking if one.name != "ghost"}
-        asked = question(make(HELD), tool, chosen, times=10**6)
+        ranking = rank_substitutes(make(MEASURED), tool, settings=chosen)
+        exact = {one.name: (one.accepted, one.similarity) for one in ranking}
+        asked = question(make(MEASURED), tool, chosen, times=10**6)
         found = confidences(asked, 20)
         for at, row in enumerate(asked.rows.tolist()):
-            name = asked.knowledge.classes.names[row]
-            if name in crisp:  # of the ghost nothing physical was ever observed
-                assert found.accepted[at] == crisp[name][0]
-                assert found.low[at] == pytest.approx(found.high[at])
-                assert found.low[at] == pytest.approx(crisp[name][1])
+            accepted, similarity = exact[asked.knowledge.classes.names[row]]
+            assert found.accepted[at] == accepted
+            assert found.low[at] == pytest.approx(similarity, abs=5e-3)
+            assert found.high[at] == pytest.approx(similarity, abs=5e-3)
 
 
-def test_more_data_makes_the_interval_narrower() -> None:
-    held = {name: of for name, of in HELD.items() if of[0] != "ghost"}
-    few, many = (confidences(question(make(held), "tray", times=times), 400) for times in (1, 100))
+@pytest.mark.parametrize("graded", [False, True])
+def test_more_data_makes_the_interval_narrower(graded: bool) -> None:
+    chosen = ReasonerSettings(graded=graded)
+    few, many = (
+        confidences(question(make(MEASURED), "tray", chosen, times=times), 400) for times in (1, 100)
+    )
     assert np.all(many.high - many.low < few.high - few.low)
 
 
@@ -87,7 +111,7 @@ def test_the_same_seed_gives_the_same_figures_in_chunks_of_any_size(monkeypatch:
 
 def test_what_an_object_is_known_to_hold_is_never_drawn_and_the_rest_is() -> None:
     known = make(HELD).view(load_knowledge)
-    held = np.array([[q.name == "alpha_3" for q in known.qualities]])
+    held = np.array([[float(q.name == "alpha_3") for q in known.qualities]])
     asked = Question(known, ReasonerSettings(), known.row_of_name["tray"], np.array([-1]), held)
     (sample,) = samples(asked, 300, 0)
     names = [q.name for q in known.qualities]
@@ -133,10 +157,108 @@ def test_only_what_bears_on_the_decision_is_asked_of_an_unknown_object() -> None
         held[f"cup {at}"] = ("cup", {"alpha": 1, "gamma": 3, "beta": 1 + at % 3, "use": 1})
     known = make(held).view(load_knowledge)
     chosen = ReasonerSettings(representative=0.5)  # type: ignore[arg-type]
-    nothing = np.zeros((1, len(known.qualities)), dtype=bool)
+    nothing = np.zeros((1, len(known.qualities)))
     asked = Question(known, chosen, known.row_of_name["tray"], np.array([-1]), nothing)
     properties = [one.property for one in outlook(asked, 2000).measurements if one.candidate == 0]
     assert sorted(properties) == ["alpha", "gamma"]
+
+
+def test_typical_with_certainty_asks_for_more_than_one_object() -> None:
+    """All of one plate and of twenty trays are alike; only of the trays that is sure."""
+    held: dict[str, tuple[str, dict[str, int]]] = {f"tray {at}": ("tray", TRAY) for at in range(20)}
+    kb = make(held | {"plate 1": ("plate", TRAY)})
+    (crisp,) = rank_substitutes(kb, "tray")
+    (sure,) = rank_substitutes(kb, "tray", settings=ReasonerSettings(certainty=Fraction(95, 100)))
+    (unsure,) = rank_substitutes(kb, "tray", settings=ReasonerSettings(certainty=Fraction(1, 2)))
+    assert (crisp.similarity, unsure.similarity, sure.similarity) == (1, 1, 0)
+    assert sure.flags == ("unknown",)
+    assert sure.counterfactual().representative is None
+
+
+@pytest.mark.parametrize("certainty", [0, 1, -0.1, "nan"])
+def test_a_senseless_certainty_is_refused(certainty: Any) -> None:
+    with pytest.raises(InputError):
+        ReasonerSettings(certainty=certainty)
+    with pytest.raises(InputError, match="graded reasoning has no cut"):
+        ReasonerSettings(certainty=Fraction(1, 2), graded=True)
+
+
+def test_a_remembered_answer_says_how_sure_it_is() -> None:
+    kb = make(HELD)
+    first = rank_substitutes(kb, "tray", ["plate", "book"], remember=True, draws=40, seed=1)
+    model = kb.substitution_model("tray")
+    assert model == first.model()
+    assert model is not None
+    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("1.0"))
+    for one in first:
+        (written,) = (c for c in model.candidates if c.iri == one.iri)
+        assert one.confidence is not None
+        assert written.chances == one.confidence.chances()
+        assert one.confidence.words().partition(":")[2] in one.explain()
+        assert one.to_json()["confidence"]["draws"] == 40
+    again = rank_substitutes(kb, "tray", ["plate", "book"], draws=40, seed=1)
+    assert again.reused
+    assert [one.confidence for one in again] == [one.confidence for one in first]
+
+
+def test_confidence_is_added_to_a_remembered_answer_and_lost_by_what_was_not_asked_with_it() -> None:
+    kb = make(HELD)
+    rank_substitutes(kb, "tray", ["plate", "book"], remember=True)
+    rank_substitutes(kb, "tray", ["plate", "book"], remember=True, draws=10)
+    model = kb.substitution_model("tray")
+    assert model is not None
+    assert all(candidate.chances for candidate in model.candidates)
+    rank_substitutes(kb, "tray", ["plate", "sponge"], remember=True, draws=10)
+    model = kb.substitution_model("tray")
+    assert model is not None
+    sure = [candidate.iri.rpartition("#")[2] for candidate in model.candidates if candidate.chances]
+    assert sure == ["Plate", "Sponge"]
+
+
+def test_what_is_remembered_with_confidence_passes_all_checks_and_is_exported() -> None:
+    kb = make(HELD)
+    model = rank_substitutes(kb, "tray", remember=True, draws=50).model()
+    assert not check(kb.triples()).findings
+    accepted = {float(c.chances.accepted) for c in model.candidates if c.accepted and c.chances}
+    graph = rdflib.Graph()
+    for triple in knowrob(kb.triples()):
+        graph.parse(data=f"{triple} .", format="nt")
+    answers = graph.subjects(rdflib.RDF.type, rdflib.URIRef(f"{ERSATZ}Reified_substitutes"))
+    told = {float(str(graph.value(one, rdflib.URIRef(f"{KNOWROB}hasConfidence")))) for one in answers}
+    assert told == accepted
+
+
+def test_an_unnamed_object_is_asked_for_what_is_not_known_of_it() -> None:
+    kb = make(HELD)
+    nothing = ask_for_more(kb, "tray", held=[])
+    some = ask_for_more(kb, "tray", held=["alpha_3"])
+    assert [one.kind for one in nothing.candidates] == ["object"]
+    assert {one.property for one in nothing.wishes} == {"alpha", "beta", "gamma"}
+    assert {one.property for one in some.wishes} == {"beta", "gamma"}
+    assert some.candidates[0].accepted > nothing.candidates[0].accepted
+    assert ask_for_more(kb, "tray", held=["alpha_3", "beta_2", "gamma_1"]).wishes == ()
+    assert nothing.to_json()["measure"][0]["gain"] == round(nothing.wishes[0].gain, 6)
+
+
+def test_things_at_hand_are_asked_by_name() -> None:
+    asked = ask_for_more(make(HELD), "tray", ["plate"], instances=["sponge 1"], about=Doubt.BEST)
+    assert {(one.name, one.kind) for one in asked.candidates} == {
+        ("plate", "class"),
+        ("sponge 1", "instance"),
+    }
+    kinds = {one.thing: (one.kind, one.known) for one in asked.wishes}
+    assert set(kinds) <= {"tray", "plate"}
+    assert kinds["plate"] == ("class", 1)
+
+
+def test_asking_refuses_what_makes_no_sense() -> None:
+    kb = make(HELD)
+    with pytest.raises(InputError, match="not both"):
+        ask_for_more(kb, "tray", ["plate"], held=[])
+    with pytest.raises(UnknownNameError, match="alpha_9"):
+        ask_for_more(kb, "tray", held=["alpha_9"])
+    with pytest.raises(UnknownNameError, match="did you mean 'tray'"):
+        ask_for_more(kb, "tary", held=[])
 
 
 @pytest.mark.parametrize(("draws", "seed"), [(0, 0), (-1, 0), (1, -1)])

@@ -45,14 +45,12 @@ def degrees(seed: int, *shape: int, whole: bool = False) -> NDArray[Any]:
     counts = counts * observed
     totals = np.repeat(np.add.reduceat(counts, LAYOUT.starts, axis=-1), LENGTHS, axis=-1)
     if whole:
-        return np.asarray(
-            (2 * counts * ONE + np.maximum(totals, 1)) // (2 * np.maximum(totals, 1)), np.uint16
-        )
+        return np.asarray((2 * counts * ONE + np.maximum(totals, 1)) // (2 * np.maximum(totals, 1)), np.int32)
     return np.asarray(counts / np.maximum(totals, 1))
 
 
-def whole(held: NDArray[np.bool_]) -> NDArray[np.uint16]:
-    return held.astype(np.uint16) * np.uint16(ONE)
+def whole(held: NDArray[np.bool_]) -> NDArray[np.int32]:
+    return held.astype(np.int32) * np.int32(ONE)
 
 
 @pytest.mark.parametrize("form", CRISP)

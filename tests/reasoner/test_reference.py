@@ -21,7 +21,16 @@ from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import Ranking, rank_substitutes
 from tests.making import Held
 from tests.reasoner.reference import Options, Qualities, World, jaccard, reason, typical
-from tests.reasoner.worlds import THRESHOLDS, held_by, helds, make, options, world_of_held, world_of_kb
+from tests.reasoner.worlds import (
+    THRESHOLDS,
+    graded_options,
+    held_by,
+    helds,
+    make,
+    options,
+    world_of_held,
+    world_of_kb,
+)
 
 EXPERT = Path(__file__).resolve().parents[2] / "ersatz" / "data" / "expert.toml"
 EXAMPLES = int(os.environ.get("ERSATZ_EXAMPLES", "400"))
@@ -40,6 +49,9 @@ def settings_of(chosen: Options) -> ReasonerSettings:
         chosen.above_lowest,
         chosen.fallback,
         None if chosen.properties is None else tuple(chosen.properties),
+        chosen.graded,
+        chosen.alpha,
+        chosen.beta,
     )
 
 
@@ -75,6 +87,16 @@ def test_random_knowledge(held: Held, chosen: list[Options]) -> None:
             check(kb, world, tool, few, one)
 
 
+@settings(max_examples=EXAMPLES // 4, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(helds(), st.lists(graded_options(), min_size=2, max_size=2))
+def test_random_knowledge_by_degrees(held: Held, chosen: list[Options]) -> None:
+    kb, world, holding = make(held), world_of_held(held), held_by(held)
+    few = dict(list(holding.items())[:2])
+    for one in chosen:
+        for tool in world.classes:
+            check(kb, world, tool, few, one)
+
+
 @cache
 def expert_kb() -> KnowledgeBase:
     return build(expert=EXPERT, settings=QUICK)
@@ -104,6 +126,43 @@ def test_the_expert_s_knowledge(chosen: Options) -> None:
     held = {name: instance_holds(kb, name) for name in instances}
     for tool in world.classes:
         check(kb, world, tool, held, chosen)
+
+
+GRADED_SWEEP = [
+    *(
+        Options(phi=phi, relevance_phi=Fraction(0), similarity=form, graded=True)
+        for form, phi in (
+            ("ruzicka", Fraction(7, 20)),
+            ("ordinal", Fraction(2, 3)),
+            ("coverage", Fraction(7, 20)),
+            ("tversky", Fraction(7, 20)),
+        )
+    ),
+    Options(relevance_phi=Fraction(1, 5), similarity="ordinal", above_lowest=True, graded=True),
+]
+
+
+@pytest.mark.parametrize("chosen", GRADED_SWEEP, ids=range(len(GRADED_SWEEP)))
+def test_the_shipped_knowledge_by_degrees(chosen: Options) -> None:
+    kb = household()
+    world = world_of_kb(kb)
+    instances = [str(row["name"]) for row in kb.ask("all_instances")][:5]
+    held = {name: instance_holds(kb, name) for name in instances}
+    for tool in world.classes:
+        check(kb, world, tool, held, chosen)
+
+
+@pytest.mark.parametrize("chosen", GRADED_SWEEP, ids=range(len(GRADED_SWEEP)))
+def test_rocs_by_degrees(shared_data: Path, chosen: Options) -> None:
+    kb = rocs_kb(shared_data / "rocs")
+    world = world_of_kb(kb)
+    for tool in world.classes:
+        check(kb, world, tool, {}, chosen)
+
+
+@cache
+def household() -> KnowledgeBase:
+    return KnowledgeBase.open("household")
 
 
 def instance_holds(kb: KnowledgeBase, name: str) -> Qualities:

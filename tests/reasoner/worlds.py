@@ -62,6 +62,25 @@ def options(draw: st.DrawFn) -> Options:
     )
 
 
+@st.composite
+def graded_options(draw: st.DrawFn) -> Options:
+    names = [p.name for p in PROPERTIES]
+    form = draw(st.sampled_from(["ruzicka", "ordinal", "coverage", "tversky"]))
+    weights = st.sampled_from([Fraction(0), Fraction(1, 3), Fraction(1, 2), Fraction(1), Fraction(2)])
+    chosen = (draw(weights), draw(weights)) if form == "tversky" else (Fraction(1), Fraction(1, 2))
+    return Options(
+        phi=draw(THRESHOLDS),
+        relevance_phi=draw(st.just(Fraction(0)) | THRESHOLDS),
+        similarity=form,
+        above_lowest=draw(st.booleans()),
+        fallback=draw(st.booleans()),
+        properties=draw(st.none() | st.frozensets(st.sampled_from(names))),
+        graded=True,
+        alpha=chosen[0],
+        beta=chosen[1],
+    )
+
+
 def world_of_held(held: Held) -> World:
     """Count in plain Python what `make` grounds: m and d as quotients of whole numbers."""
     class_counts: dict[tuple[str, str], int] = defaultdict(int)

@@ -59,13 +59,13 @@ class Browser:
         """Wait for a link by its words."""
         return WebDriverWait(self.driver, 20, 0.1).until(lambda d: d.find_element(By.LINK_TEXT, words))
 
-    def press(self, words: str) -> None:
-        """Click the button with these words."""
+    def press(self, words: str, css: str = "button") -> None:
+        """Click the button, or another thing, with these words."""
         script = (
-            "const all = [...document.querySelectorAll('button')];"
+            "const all = [...document.querySelectorAll(arguments[1])];"
             "const b = all.find(b => b.innerText.includes(arguments[0])); if (b) b.click(); return !!b"
         )
-        WebDriverWait(self.driver, 20, 0.1).until(lambda d: d.execute_script(script, words))
+        WebDriverWait(self.driver, 20, 0.1).until(lambda d: d.execute_script(script, words, css))
 
     def complaints(self) -> list[str]:
         """Return what the browser's console says went wrong since the last call."""

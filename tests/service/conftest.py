@@ -21,6 +21,7 @@ from tests.conftest import ROOT, TABLE
 TOKEN = "a token of twenty-four c"
 SCRIPT = """\
 import logging, sys
+from pathlib import Path, PosixPath
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.service.server import serve
 from ersatz.service.settings import ServiceSettings

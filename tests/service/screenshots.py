@@ -1,4 +1,4 @@
-"""Pictures of every page, by a real browser: `python -m tests.service.screenshots DIRECTORY [KB]`."""
+"""Pictures of every page, by a real browser: `python -m tests.service.screenshots DIRECTORY [KB [SCANS]]`."""
 
 import sys
 import tempfile
@@ -22,12 +22,13 @@ PAGES = {
     "property_vector": "/properties/size",
     "quality": "/qualities/support_4",
     "substitution": "/substitution?missing=tray&available=plate&available=sponge&available=binder",
+    "graded": "/substitution?missing=tray&available=plate&available=sponge&graded=true&confidence=true",
     "sparql": "/ask?run=true",
     "graph": "/graph?node=Tray",
     "checks": "/checks",
     "ground": "/ground",
 }
-LOOKS = ("home", "class", "substitution", "property")
+LOOKS = tuple(name for name in PAGES if name not in ("classes", "individuals", "property_vector", "quality"))
 """Pages also shown dark, and on a narrow screen."""
 
 SLOW = ("checks", "sparql", "graph", "ground")
@@ -53,9 +54,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         scan = Path(folder) / "board.ply"
         write_board(scan)
-        server = start(sys.argv[2] if len(sys.argv) > 2 else "household", Path(folder) / "log")
+        kb, scans = (*sys.argv[2:4], *("household", "")[len(sys.argv) - 2 :])
+        server = start(kb, Path(folder) / "log", scans=Path(scans) if scans else None)
         try:
-            for look, dark, width in (("", False, 1360), ("_dark", True, 1360), ("_narrow", False, 420)):
+            for look, dark, width in (("", False, 1360), ("_dark", True, 1360), ("_narrow", False, 400)):
                 with browser(server.url, Path(folder) / f"profile{look}", dark=dark, width=width) as window:
                     for name in PAGES if not look else LOOKS:
                         _picture(window, name, scan, width, out / f"{name}{look}.png")
@@ -69,11 +71,15 @@ def _picture(window: Browser, name: str, scan: Path, width: int, out: Path) -> N
         window.find("input[type=file]").send_keys(str(scan))
         window.sees("WHAT WAS MEASURED", 120)
     time.sleep(4.0 if name in SLOW else 1.5)
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    window.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    time.sleep(0.3)
     height = int(str(window.driver.execute_script("return document.body.scrollHeight")))
-    window.driver.set_window_size(width, min(max(height + 90, 800), 2400))
+    metrics["height"] = min(max(height, 700), 2400)
+    window.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     time.sleep(0.4)
     window.driver.save_screenshot(str(out))
-    window.driver.set_window_size(width, 900)
+    window.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     for line in window.complaints():
         sys.stderr.write(f"{name}: {line}\n")
 

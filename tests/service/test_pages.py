@@ -21,6 +21,7 @@ EXPECTED = {
     "property_vector": "WHERE THE VALUES LIE",
     "quality": "WHAT GOES WITH IT",
     "substitution": "In place of a tray",
+    "graded": "alike, counts",
     "sparql": "rows in",
     "graph": "rdfs:subClassOf",
     "checks": "rules",
@@ -136,16 +137,61 @@ def test_light_and_dark_and_back(window: Browser) -> None:
 
 
 def test_narrow_screens_do_not_scroll_sideways(window: Browser) -> None:
-    window.driver.set_window_size(500, 900)
+    """Nothing is cut off at 400 pixels: what is wider scrolls in a box of its own."""
+    metrics = {"width": 400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    window.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     try:
-        for name in ("home", "class", "substitution", "individual"):
+        for name in PAGES:
             window.open(PAGES[name])
-            assert window.sees(EXPECTED[name])
-            assert window.driver.execute_script(
-                "return document.documentElement.scrollWidth <= innerWidth + 1"
-            ), name
+            assert window.sees(EXPECTED[name], 30)
+            wide = window.driver.execute_script("return document.documentElement.scrollWidth")
+            assert wide <= 400, name
     finally:
-        window.driver.set_window_size(1360, 900)
+        window.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_every_table_can_be_copied(window: Browser) -> None:
+    window.open("/properties/rigidity")
+    window.driver.execute_script(
+        "document.execCommand = () => { window.copied = document.querySelector('textarea').value };"
+        "Object.defineProperty(navigator, 'clipboard', { value: undefined })"
+    )
+    window.find("button[aria-label='Copy the table']").click()
+    lines = str(window.until("return window.copied")).splitlines()
+    assert lines[0].split("\t")[:3] == ["quality", "rank", "centroid (dimensionless)"]
+    assert lines[1].split("\t")[:2] == ["rigidity 1", "1"]
+    assert len(lines) == 5
+    for name in ("individual", "properties", "graph", "checks", "sparql"):
+        window.open(PAGES[name])
+        assert window.sees(EXPECTED[name], 30)
+        tables = len(window.driver.find_elements(By.CSS_SELECTOR, "table.plain"))
+        assert tables == len(window.driver.find_elements(By.CSS_SELECTOR, "[data-do='copy-table']")) > 0
+
+
+def test_mappings_are_shown_unlinked(window: Browser) -> None:
+    window.open("/classes/Bowl")
+    assert window.sees("THE SAME IN OTHER ONTOLOGIES")
+    text = window.text()
+    for ontology, term in (
+        ("SOMA", "http://www.ease-crc.org/ont/SOMA.owl#Bowl"),
+        ("KnowRob", "http://knowrob.org/kb/knowrob.owl#Bowl"),
+        ("Open English WordNet", "https://en-word.net/id/oewn-02884182-n"),
+    ):
+        assert ontology in text
+        assert term in text
+    assert "closeMatch" in text
+    assert "ersatz.sssom.tsv, manual mapping curation" in text
+
+
+def test_graded_reasoning_and_how_sure_it_is(window: Browser) -> None:
+    window.open("/substitution?missing=tray&available=plate&available=sponge")
+    assert window.sees("1 OF 2 WILL DO")
+    window.press("Graded: reason with degrees", ".q-toggle")
+    window.until("return location.search.includes('graded=True')")
+    assert window.sees("alike, counts")
+    window.press("Say how sure it is", ".q-toggle")
+    assert window.sees("P(accepted) 1.00")
+    assert window.sees("similarity 0.72 to 0.80")
 
 
 def test_upload_a_scan(window: Browser, tmp_path: Path) -> None:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.service.evaluator import row_counter
 from ersatz.service.frames import Job
 from ersatz.service.inspection import RefusedError
 from ersatz.service.settings import ServiceSettings
+from ersatz.service.sink import row_counter
 from ersatz.service.workers import Pool
 
 _HOME: list[Path] = []

@@ -20,13 +20,13 @@ Values: TypeAlias = tuple[Property, NDArray[np.int64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
-    """What each of the n rows of a sheet is about: whom, when, by whom.
+class Keys:
+    """What tells the n rows of a sheet apart.
 
     Attributes
     ----------
     sheet : Sheet
-    object_class, instance, observation : (n,) arrays of str
+    observation : (n,) array of str
     key : (n,) int64 array
         Equal where instance and observation are.
     origin : (n,) int8 array
@@ -34,8 +34,6 @@ class Rows:
     """
 
     sheet: Sheet
-    object_class: Strings
-    instance: Strings
     observation: Strings
     key: NDArray[np.int64]
     origin: NDArray[np.int8]
@@ -48,6 +46,19 @@ class Rows:
             f"has {name!r} of observation {str(self.observation[two])!r} already in {self.sheet.where(one)}: "
             "give every repetition an observation name of its own",
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows(Keys):
+    """What each of the n rows of a sheet is about: whom, when, by whom.
+
+    Attributes
+    ----------
+    object_class, instance : (n,) arrays of str
+    """
+
+    object_class: Strings
+    instance: Strings
 
     def blocks(self, prop: Property, at: NDArray[np.int64], values: NDArray[np.float64]) -> Iterator[Block]:
         """Yield the values of one property, those of one origin a block."""
@@ -69,8 +80,7 @@ def read_rows(sheet: Sheet) -> Rows:
     InputError
         If a class or instance has no name, an instance has two classes, or an origin is unknown.
     """
-    for name in IDS[:2]:
-        _check_named(sheet, name)
+    check_named(sheet)
     classes, class_code = sheet.strings("object_class")
     instances, instance_code = sheet.strings("instance")
     seen, seen_code = sheet.strings("observation", optional=True)
@@ -88,25 +98,34 @@ def read_rows(sheet: Sheet) -> Rows:
         )
     return Rows(
         sheet,
-        classes[class_code],
-        instances[instance_code],
         seen[seen_code],
         instance_code * len(seen) + seen_code,
-        _origins(sheet),
+        origins(sheet),
+        classes[class_code],
+        instances[instance_code],
     )
 
 
-def _check_named(sheet: Sheet, name: str) -> None:
-    if name not in sheet.columns:
-        near = nearest(name, sheet.columns, most=1)
-        hint = f"rename {near[0]!r}" if near else f"it has {', '.join(map(repr, sheet.columns))}"
-        raise InputError(f"{sheet.source.name!r} has no column {name!r}: {hint}")
-    empty = np.flatnonzero((sheet.texts(name) == "").to_numpy())
-    if len(empty):
-        raise sheet.error(int(empty[0]), name, "is no name: every row needs an object class and an instance")
+def check_named(sheet: Sheet) -> None:
+    """Check that every row names an object class and an instance.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell of it is empty.
+    """
+    for name in IDS[:2]:
+        if name not in sheet.columns:
+            near = nearest(name, sheet.columns, most=1)
+            hint = f"rename {near[0]!r}" if near else f"it has {', '.join(map(repr, sheet.columns))}"
+            raise InputError(f"{sheet.source.name!r} has no column {name!r}: {hint}")
+        empty = np.flatnonzero((sheet.texts(name) == "").to_numpy())
+        if len(empty):
+            problem = "is no name: every row needs an object class and an instance"
+            raise sheet.error(int(empty[0]), name, problem)
 
 
-def _origins(sheet: Sheet) -> NDArray[np.int8]:
+def origins(sheet: Sheet) -> NDArray[np.int8]:
     """Return (n,) indices into ORIGINS; an empty cell is `machine`."""
     names, codes = sheet.strings("origin", optional=True)
     indices = np.zeros(len(names), dtype=np.int8)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 SEPARATORS: Final = {".csv": ",", ".tsv": "\t"}
 PARQUET: Final = (".parquet", ".pq")
+LARGE: Final = 1 << 28
+"""A Parquet file of more bytes than this is read in parts."""
+
 NO_VALUE: Final = frozenset({"na", "n/a", "nan", "null", "none", "nil", "-", "--", "?", "missing", "unknown"})
 
 _QUOTED: Final = re.compile(rb'"(?:[^"]|"")*"')
@@ -42,12 +45,15 @@ class Sheet:
         One row at least; text for CSV and TSV, typed for Parquet.
     first_line : int or None
         The line of the first row, if row i is line `first_line` + i of the file.
+    rows_before : int
+        Rows of the file before the first of these.
     """
 
     source: Source
     columns: tuple[str, ...]
     frame: "pl.DataFrame"
     first_line: int | None
+    rows_before: int = 0
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -61,7 +67,8 @@ class Sheet:
 
     def where(self, row: int) -> str:
         """Return how a person finds row i of the frame: its line, or its number counted from 1."""
-        return f"row {row + 1}" if self.first_line is None else f"line {row + self.first_line}"
+        number = row + self.rows_before
+        return f"row {number + 1}" if self.first_line is None else f"line {number + self.first_line}"
 
     def texts(self, column: str) -> "pl.Series":
         """Return (n,) texts without surrounding blanks, "" where a cell is empty.
@@ -83,9 +90,12 @@ class Sheet:
         """Return the distinct texts, sorted, and (n,) indices into them; an optional column may be absent."""
         if optional and column not in self.columns:
             return np.asarray([""], dtype=np.dtypes.StringDType()), np.zeros(len(self), dtype=np.int64)
+        import polars as pl
+
         texts = self.texts(column)
-        distinct = np.asarray(texts.unique().sort().to_list(), dtype=np.dtypes.StringDType())
-        return distinct, texts.rank("dense").to_numpy().astype(np.int64) - 1
+        distinct = texts.unique().sort()
+        codes = texts.cast(pl.Enum(distinct)).to_physical().to_numpy().astype(np.int64)
+        return np.asarray(distinct.to_list(), dtype=np.dtypes.StringDType()), codes
 
     def numbers(self, column: str) -> NDArray[np.float64]:
         """Return (n,) numbers as they stand in the file, NaN where a cell is empty, and only there.
@@ -127,6 +137,15 @@ def _advice(cell: str) -> str:
     except ValueError:
         return "is not a number: write it like 0.25, with the unit in the header or the column 'unit'"
     return f"is out of range: values must be below {LARGEST:g} and written like 0.25"
+
+
+def in_parts(table: str | Path, *, anyway: bool = False) -> bool:
+    """Tell whether a table is read in parts: a directory, a URL, or a large Parquet file; `anyway` any."""
+    path = Path(table)
+    if "://" in str(table) or path.is_dir():
+        return True
+    large = path.suffix.lower() in PARQUET and path.is_file() and path.stat().st_size > LARGE
+    return large or (anyway and path.suffix.lower() in PARQUET)
 
 
 def read_sheet(
@@ -172,9 +191,9 @@ def _parquet(raw: bytes, source: Source) -> Sheet:
         frame = pl.read_parquet(BytesIO(raw))
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
         raise InputError(
-            f"{source.name!r} is not a Parquet file ({_first_line(error)}): write it again, or call it .csv"
+            f"{source.name!r} is not a Parquet file ({brief(error)}): write it again, or call it .csv"
         ) from None
-    return Sheet(source, _checked_header(frame.columns, source.name), frame, None)
+    return Sheet(source, checked_header(frame.columns, source.name), frame, None)
 
 
 def _separated(
@@ -191,7 +210,7 @@ def _separated(
             f"{source.name!r}, line 1 is separated by {others[0]!r}: a {Path(source.name).suffixes[0]} file "
             f"is separated by {separator!r}; save it so"
         )
-    columns = _checked_header(names, source.name)
+    columns = checked_header(names, source.name)
     columns = headers.get(columns, columns)
     if not body:
         return Sheet(source, columns, pl.DataFrame(), 2)
@@ -202,12 +221,19 @@ def _separated(
         )
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise InputError(
-            f"{source.name!r} is not a table ({_first_line(error)}): check its separators and quotes"
+            f"{source.name!r} is not a table ({brief(error)}): check its separators and quotes"
         ) from None
     return Sheet(source, columns, frame, first_line)
 
 
-def _checked_header(names: list[str], file: str) -> tuple[str, ...]:
+def checked_header(names: list[str], file: str) -> tuple[str, ...]:
+    """Return the names of a file's columns.
+
+    Raises
+    ------
+    InputError
+        If one has no name, or two have the same.
+    """
     for position, name in enumerate(names):
         if not name:
             raise InputError(f"{file!r}: column {position + 1} has no name; name it or delete it")
@@ -239,5 +265,6 @@ def _check_rectangle(body: bytes, file: str, separator: str, width: int) -> int 
     return 2 if one_line_each else None
 
 
-def _first_line(error: BaseException) -> str:
+def brief(error: BaseException) -> str:
+    """Return the first line of what an error says, cut to 120 characters."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0][:120]

@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.tables.rows import IDS, Rows, Values, in_unit, no_component, offer, unit_factor
+from ersatz.acquisition.tables.rows import IDS, Keys, Values, in_unit, no_component, offer, unit_factor
 from ersatz.acquisition.tables.sheets import Sheet
 from ersatz.errors import InputError
 from ersatz.measurements import Property
@@ -20,7 +20,7 @@ _Columns: TypeAlias = dict[str, tuple[str, Fraction]]
 """Component ("" of a scalar) -> column of the sheet, and what to multiply it by."""
 
 
-def read_wide(rows: Rows, known: Mapping[str, Property]) -> Iterator[Values]:
+def read_wide(rows: Keys, known: Mapping[str, Property]) -> Iterator[Values]:
     """Yield the values of each property that a column gives.
 
     Raises
@@ -101,9 +101,12 @@ def _complete(sheet: Sheet, name: str, columns: list[str]) -> tuple[NDArray[np.i
     return at, numbers[at]
 
 
-def _check_once(rows: Rows, at: NDArray[np.int64], name: str) -> None:
-    order = np.argsort(rows.key[at], kind="stable")
-    key = rows.key[at][order]
+def _check_once(rows: Keys, at: NDArray[np.int64], name: str) -> None:
+    key = rows.key[at]
+    if (key[1:] > key[:-1]).all():
+        return
+    order = np.argsort(key, kind="stable")
+    key = key[order]
     twice = np.flatnonzero(key[1:] == key[:-1])
     if len(twice):
         raise rows.twice(name, int(at[order[twice[0]]]), int(at[order[twice[0] + 1]]))

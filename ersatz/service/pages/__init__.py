@@ -11,6 +11,7 @@ from ersatz.service.pages.ground import add as add_ground
 from ersatz.service.pages.home import add as add_home
 from ersatz.service.pages.individuals import add as add_individuals
 from ersatz.service.pages.properties import add as add_properties
+from ersatz.service.pages.qualities import add as add_qualities
 from ersatz.service.pages.substitution import add as add_substitution
 from ersatz.service.service import Service
 
@@ -28,6 +29,7 @@ def add_pages(app: FastAPI, service: Service) -> None:
         add_classes,
         add_individuals,
         add_properties,
+        add_qualities,
         add_substitution,
         add_ask,
         add_graph,

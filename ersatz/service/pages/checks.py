@@ -6,7 +6,8 @@ from nicegui import ui
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.validation import Report, check, checks
-from ersatz.service.pages.frame import PATIENCE, card, frame, heading, link_to, notice, table
+from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show, table
+from ersatz.service.pages.markup import link_to, tag
 from ersatz.service.service import Service
 
 
@@ -67,4 +68,4 @@ def _draw(report: Report) -> None:
             ],
         )
     for skipped in report.skipped:
-        ui.label(skipped).classes("faint")
+        show(tag("div", skipped, class_="faint"))

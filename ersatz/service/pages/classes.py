@@ -1,8 +1,9 @@
-"""Classes: the tree of them, and what is known of each."""
+"""Classes: all of them, and what is known of each."""
 
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby
-from typing import Any
+from typing import Final
 
 from nicegui import ui
 
@@ -16,27 +17,28 @@ from ersatz.knowledge.vocabulary import KB, OBJECT
 from ersatz.measurements import Kind
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.representative import class_model
-from ersatz.reasoner.substitution import rank_substitutes
-from ersatz.service.pages.data import overview, superclasses
-from ersatz.service.pages.frame import (
-    PATIENCE,
+from ersatz.reasoner.substitution import Ranking, rank_substitutes
+from ersatz.service.pages.data import ontology_of, overview, shipped_mappings, superclasses
+from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show, table, title_line
+from ersatz.service.pages.markup import (
+    Markup,
     bar,
-    card,
     chip,
     chips,
-    copyable,
-    frame,
-    heading,
+    faint,
+    joined,
+    link,
     link_to,
-    notice,
     page_of,
-    text,
+    shown,
+    tag,
     words_of,
 )
+from ersatz.service.pages.tree import draw_tree
 from ersatz.service.service import Service
 
-MOST = 200
-"""Lines of a list that are drawn; typing narrows it."""
+MOST: Final = 200
+"""Things of a list that are drawn."""
 
 
 def add(service: Service) -> None:
@@ -45,218 +47,191 @@ def add(service: Service) -> None:
     @ui.page("/classes", response_timeout=PATIENCE)
     async def classes() -> None:
         seen = await service.read(lambda: overview(service.kb))
-        parents = await service.read(lambda: superclasses(service.kb))
         with frame(service, "Classes", "/classes"), ui.element("div").classes("split"):
-            tree(seen.classes, parents)
+            draw_tree(service.kb)
             with ui.element("div"):
                 heading(
                     "Classes",
                     "A class is known by what its individuals were observed to be: each opens to its "
                     "qualities, with the counts behind them.",
                 )
-                with ui.element("div").classes("tiles"):
-                    for iri, name, count in seen.classes[:MOST]:
-                        with ui.link(target=page_of("class", iri)).classes("tile"):
-                            text(name, "strong")
-                            ui.label(f"known from {count} {service.kb.build.unit}s").classes("faint")
+                show(joined(_tile(service, *one) for one in seen.classes[:MOST]), "tiles")
                 if len(seen.classes) > MOST:
                     notice(f"{len(seen.classes) - MOST} more: type into the search to find them.")
 
     @ui.page("/classes/{name}", response_timeout=PATIENCE)
     async def one(name: str, theta: str = "") -> None:
         try:
-            found = await service.read(lambda: _read(service.kb, KB + name))
             threshold = exact(theta or service.kb.build.theta)
+            found = await service.read(lambda: _read(service.kb, KB + name, threshold))
         except (ErsatzError, ValueError, KeyError) as error:
             with frame(service, "Unknown class", "/classes"):
                 notice(str(error), bad=True)
             return
-        seen = await service.read(lambda: overview(service.kb))
-        parents = await service.read(lambda: superclasses(service.kb))
         with frame(service, found.model.name, "/classes"), ui.element("div").classes("split"):
-            tree(seen.classes, parents, found.model.iri)
+            draw_tree(service.kb, found.model.iri)
             with ui.element("div"):
-                await _class(service, found, parents.get(found.model.iri, []), threshold)
+                _class(service, found, threshold)
 
 
-def tree(classes: tuple[tuple[str, str, int], ...], parents: dict[str, list[str]], here: str = "") -> None:
-    """Draw the tree of classes with a search above it; only the first ones of a long list."""
-    order = _nested(classes, parents)
-    with ui.element("nav").classes("card side").props('aria-label="Classes"'):
-        search = ui.input(placeholder="Search classes").props(
-            'dense outlined clearable debounce=150 aria-label="Search classes"'
-        )
-        with ui.element("div").classes("items") as items:
-            _lines(order, here, "")
-
-        def narrow() -> None:
-            items.clear()
-            with items:
-                _lines(order, here, str(search.value or ""))
-
-        search.on_value_change(narrow)
+def _tile(service: Service, iri: str, name: str, count: int) -> Markup:
+    known = tag("div", f"known from {count} {service.kb.build.unit}{'s' * (count != 1)}", class_="faint")
+    return link(joined((tag("strong", name), known)), page_of("class", iri), class_="tile")
 
 
-def _nested(
-    classes: tuple[tuple[str, str, int], ...], parents: dict[str, list[str]]
-) -> list[tuple[int, str, str, int]]:
-    """Return (depth, IRI, name, count) in the order of the tree; a class with two parents stands twice."""
-    known = {iri: (iri, name, count) for iri, name, count in classes}
-    below: dict[str, list[str]] = {}
-    for iri, _, _ in classes:
-        above = [one for one in parents.get(iri, []) if one in known and one != iri] or [OBJECT.value]
-        for one in above:
-            below.setdefault(one, []).append(iri)
-    order: list[tuple[int, str, str, int]] = []
-    stack = [(0, iri, frozenset[str]()) for iri in reversed(below.get(OBJECT.value, []))]
-    while stack:
-        depth, iri, path = stack.pop()
-        order.append((depth, *known[iri]))
-        stack.extend(
-            (depth + 1, child, path | {iri})
-            for child in reversed(below.get(iri, []))
-            if child not in path | {iri}
-        )
-    return order
-
-
-def _lines(order: list[tuple[int, str, str, int]], here: str, wanted: str) -> None:
-    words = wanted.casefold().split()
-    fitting = [line for line in order if all(word in line[2].casefold() for word in words)]
-    at = next((at for at, line in enumerate(fitting) if line[1] == here), 0)
-    first = max(0, min(at - MOST // 2, len(fitting) - MOST))
-    if not words:
-        with ui.element("div").classes("faint"):
-            ui.label("Object")
-    for depth, iri, name, count in fitting[first : first + MOST]:
-        link = ui.link(target=page_of("class", iri)).style(f"margin-left: {12 * depth}px")
-        with link:
-            text(name)
-            text(str(count)).classes("count")
-        if iri == here:
-            link.classes("here").props('aria-current="page"')
-    if not fitting:
-        ui.label("No class has that name.").classes("faint")
-    elif len(fitting) > MOST:
-        ui.label(f"{len(fitting) - MOST} more: type to narrow").classes("faint")
-
-
+@dataclass(frozen=True, slots=True)
 class _Found:
-    """What a class page shows."""
+    """What a class page shows.
 
-    def __init__(self, kb: KnowledgeBase, iri: str) -> None:
-        self.model: ClassModel = class_model(kb, iri)
-        self.instances = [(str(i), str(n)) for i, n in kb.ask("instances", **{"class": iri}).rows]
-        self.mappings = kb.query(
-            f"SELECT DISTINCT ?p ?o {{ <{iri}> ?p ?o FILTER (ISIRI(?o) && (STRENDS(STR(?p), 'Match') "
-            "|| STRENDS(STR(?p), 'equivalentClass'))) } ORDER BY ?p ?o"
-        ).rows
+    Attributes
+    ----------
+    model : ClassModel
+    instances : tuple of (IRI, name)
+    parents : tuple of IRIs
+    mappings : tuple of (predicate, other thing, where it comes from)
+    use : Ranking, or why there is none
+    """
+
+    model: ClassModel
+    instances: tuple[tuple[str, str], ...]
+    parents: tuple[str, ...]
+    mappings: tuple[tuple[str, str, str], ...]
+    use: Ranking | str
 
 
-def _read(kb: KnowledgeBase, iri: str) -> _Found:
-    return _Found(kb, kb.resolve(iri, "class"))
+def _read(kb: KnowledgeBase, name: str, theta: Fraction) -> _Found:
+    iri = kb.resolve(name, "class")
+    rows = kb.ask("instances", **{"class": iri}).rows
+    return _Found(
+        class_model(kb, iri),
+        tuple((str(i), str(n)) for i, n in rows),
+        tuple(superclasses(kb).get(iri, ())),
+        _mappings(kb, iri),
+        _use(kb, iri, theta),
+    )
 
 
-async def _class(service: Service, found: _Found, parents: list[str], theta: Fraction) -> None:
+def _mappings(kb: KnowledgeBase, iri: str) -> tuple[tuple[str, str, str], ...]:
+    """Return the mappings in the knowledge base, then those ERSATZ ships."""
+    rows = kb.query(
+        f"SELECT DISTINCT ?p ?o {{ <{iri}> ?p ?o FILTER (ISIRI(?o) && (STRENDS(STR(?p), 'Match') "
+        "|| STRENDS(STR(?p), 'equivalentClass'))) } ORDER BY ?p ?o"
+    ).rows
+    own = [(str(p), str(o), "this knowledge base") for p, o in rows]
+    held = {(p, o) for p, o, _ in own}
+    return (*own, *(one for one in shipped_mappings().get(iri, ()) if one[:2] not in held))
+
+
+def _use(kb: KnowledgeBase, iri: str, theta: Fraction) -> Ranking | str:
+    try:
+        return rank_substitutes(kb, iri, settings=ReasonerSettings(representative=theta), top=5)
+    except ErsatzError as error:
+        return str(error)
+
+
+def _class(service: Service, found: _Found, theta: Fraction) -> None:
     model = found.model
-    with ui.element("div").classes("line"):
-        text(model.name, "h1")
-        ui.button("Find a substitute", icon="swap_horiz").props("outline color=teal-8").classes(
-            "end"
-        ).on_click(lambda: ui.navigate.to(link_to("/substitution", missing=model.name)))
-    copyable(model.iri)
-    ui.label(f"Known from {model.instances} {service.kb.build.unit}s.").classes("lead")
+    find = link("Find a substitute", link_to("/substitution", missing=model.name), class_="button")
+    title_line(model.name, model.iri, find)
+    unit = f"{service.kb.build.unit}{'s' * (model.instances != 1)}"
+    show(tag("p", f"Known from {model.instances} {unit}.", class_="lead"))
     with card("What it is like"):
-        _memberships(model.entries, theta)
+        slider, says, drawn = _slider(theta), show(Markup(), "soft"), show(Markup())
     with ui.element("div").classes("two"):
         with card("What it is for"):
-            await _functions(service, model.iri, theta)
+            use = show(_drawn_use(found.use))
         with card("Where it stands"):
-            _standing(found, parents)
-    with card(f"Individuals ({len(found.instances)})"), chips():
-        for iri, name in found.instances[:MOST]:
-            chip(name, page_of("instance", iri))
-        if len(found.instances) > MOST:
-            chip(
-                f"and {len(found.instances) - MOST} more", link_to("/individuals", search=model.name), "info"
-            )
-
-
-def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> None:
-    """Bars of all memberships; a slider marks those that are representative."""
-    drawn: list[tuple[Entry, ui.element]] = []
-    with ui.element("div").classes("line"):
-        ui.label("Representative from").classes("soft")
-        slider = ui.slider(min=0.05, max=1, step=0.05, value=float(theta)).classes("grow")
-        slider.props('label aria-label="Threshold theta" color=teal-8')
-        says = ui.label().classes("soft")
+            show(_standing(found))
+    with card("The same in other ontologies"):
+        _draw_mappings(found.mappings)
+    with card(f"Individuals ({len(found.instances)})"):
+        more = len(found.instances) - MOST
+        marks = [chip(name, page_of("instance", iri)) for iri, name in found.instances[:MOST]]
+        all_of_them = chip(f"and {more} more", link_to("/individuals", search=model.name), "info")
+        show(chips([*marks, *([all_of_them] if more > 0 else [])], "It holds classes only."))
 
     def mark() -> None:
         now = Fraction(str(slider.value))
-        for entry, box in drawn:
-            box.classes(add="rep") if entry.proportion >= now else box.classes(remove="rep")
-        typical = sum(entry.proportion >= now for entry in entries)
-        says.text = f"θ = {float(now):.2f}: {typical} of {len(entries)} qualities"
+        typical = sum(entry.proportion >= now for entry in model.entries)
+        says.content = tag("span", f"θ = {float(now):.2f}: {typical} of {len(model.entries)} qualities")
+        drawn.content = _memberships(model.entries, now)
 
-    for kind, title in ((Kind.PHYSICAL, "Physical"), (Kind.FUNCTIONAL, "Functional")):
-        ui.label(title).classes("faint").style("margin: 14px 0 6px")
-        with ui.element("div").classes("bars"):
-            own = [entry for entry in entries if entry.kind is kind]
-            for name, group in groupby(own, key=lambda entry: entry.property):
-                _property(name, list(group), theta, drawn)
-    slider.on_value_change(mark)
+    async def slid() -> None:
+        mark()
+        now = Fraction(str(slider.value))
+        use.content = _drawn_use(await service.read(lambda: _use(service.kb, model.iri, now)))
+
     mark()
+    slider.on_value_change(slid)
 
 
-def _property(name: str, group: list[Entry], theta: Fraction, drawn: list[tuple[Entry, ui.element]]) -> None:
-    for at, entry in enumerate(group):
-        with ui.element("div").classes("name"):
-            if at == 0:
-                ui.link(words_of(name), page_of("property", KB + name))
-        ui.link(words_of(entry.quality), page_of("quality", KB + entry.quality))
-        share = float(entry.proportion)
-        functional = entry.kind is Kind.FUNCTIONAL
-        drawn.append((entry, bar(share, typical=entry.proportion >= theta, functional=functional)))
-        ui.label(f"{degree_text(entry.count)} of {degree_text(entry.total)}").classes("of")
+def _slider(theta: Fraction) -> ui.slider:
+    with ui.element("div").classes("line"):
+        show(tag("span", "Representative from"), "soft")
+        slider = ui.slider(min=0.05, max=1, step=0.05, value=float(theta)).classes("grow")
+        return slider.props('label debounce=100 aria-label="Threshold theta" color=teal-8')
 
 
-async def _functions(service: Service, iri: str, theta: Fraction) -> None:
-    settings = ReasonerSettings(representative=theta)
-    try:
-        ranking = await service.read(lambda: rank_substitutes(service.kb, iri, settings=settings, top=5))
-    except ErsatzError as error:
-        ui.label(str(error)).classes("soft")
-        return
-    ui.label("Functions relevant in it").classes("faint")
-    with chips():
-        for name in ranking.relevant_functional:
-            chip(words_of(name), page_of("quality", KB + name), "info")
-        if not ranking.relevant_functional:
-            ui.label("None: it cannot be said what would stand in for it.").classes("soft")
-    ui.label("Qualities they rest on").classes("faint")
-    with chips():
-        for name in ranking.relevant_physical:
-            chip(words_of(name), page_of("quality", KB + name), "good")
-    ui.label("Nearest stand-ins").classes("faint")
-    with chips():
-        for one in ranking:
-            chip(
-                f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" if one.accepted else ""
-            )
+def _memberships(entries: tuple[Entry, ...], theta: Fraction) -> Markup:
+    """Return bars of all memberships; those that are representative stand out."""
+    parts = []
+    for kind, title in ((Kind.PHYSICAL, "Physical"), (Kind.FUNCTIONAL, "Functional")):
+        own = [entry for entry in entries if entry.kind is kind]
+        rows = (
+            _membership(entry, theta, first=at == 0)
+            for _, group in groupby(own, key=lambda entry: entry.property)
+            for at, entry in enumerate(group)
+        )
+        parts += [faint(title), tag("div", *rows, class_="bars")]
+    return joined(parts)
 
 
-def _standing(found: _Found, parents: list[str]) -> None:
-    ui.label("Superclasses").classes("faint")
-    with chips():
-        for one in parents or [OBJECT.value]:
-            chip(local_name(one), page_of("class", one) if one.startswith(KB) else "")
-    ui.label("The same in other ontologies").classes("faint")
-    rows: tuple[tuple[Any, ...], ...] = found.mappings
-    for relation, other in rows:
-        ui.label(f"{local_name(str(relation))}: {other}").classes("iri")
+def _membership(entry: Entry, theta: Fraction, *, first: bool) -> Markup:
+    of = link(words_of(entry.property), page_of("property", KB + entry.property)) if first else ""
+    return joined(
+        (
+            tag("div", of, class_="name"),
+            link(words_of(entry.quality), page_of("quality", KB + entry.quality)),
+            bar(
+                float(entry.proportion),
+                typical=entry.proportion >= theta,
+                functional=entry.kind is Kind.FUNCTIONAL,
+            ),
+            tag("span", f"{degree_text(entry.count)} of {degree_text(entry.total)}", class_="of"),
+        )
+    )
+
+
+def _drawn_use(use: Ranking | str) -> Markup:
+    if isinstance(use, str):
+        return tag("div", use, class_="soft")
+    functional = (chip(words_of(q), page_of("quality", KB + q), "info") for q in use.relevant_functional)
+    physical = (chip(words_of(q), page_of("quality", KB + q), "good") for q in use.relevant_physical)
+    nearest = (
+        chip(f"{one.name} {one.similarity:.2f}", page_of("class", one.iri), "good" * one.accepted)
+        for one in use
+    )
+    nothing = "None: it cannot be said what would stand in for it."
+    rows = (
+        ("Functions relevant in it", chips(functional, nothing)),
+        ("Qualities they rest on", chips(physical, "none")),
+        ("Nearest stand-ins, by Jaccard index", chips(nearest, "none")),
+    )
+    return joined(part for title, row in rows for part in (faint(title), row))
+
+
+def _standing(found: _Found) -> Markup:
+    name = local_name(found.model.iri)
+    above = (chip(shown(one), page_of("class", one) if one.startswith(KB) else "")
+             for one in found.parents or (OBJECT.value,))  # fmt: skip
+    more = (chip("its neighbourhood", link_to("/graph", node=name)), chip("as Turtle", f"/kb/{name}"))
+    return joined((faint("Superclasses"), chips(above), faint("More"), chips(more)))
+
+
+def _draw_mappings(rows: tuple[tuple[str, str, str], ...]) -> None:
     if not rows:
-        ui.label("No mapping is in this knowledge base; `ersatz link` adds them.").classes("soft")
-    ui.label("More").classes("faint")
-    with chips():
-        chip("its neighbourhood", link_to("/graph", node=local_name(found.model.iri)))
-        chip("as Turtle", f"/kb/{local_name(found.model.iri)}")
+        show(tag("div", "No mapping of this class is known.", class_="soft"))
+        return
+    heads = ("ontology", "relation", "term", "where it comes from")
+    table(heads, ((ontology_of(o), local_name(p), link(shown(o), o), source) for p, o, source in rows))
+    show(tag("div", "`ersatz link` merges the knowledge base with such an ontology.", class_="faint"))

@@ -9,14 +9,13 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.vocabulary import KB
 from ersatz.service.pages.data import is_individual
-from ersatz.service.pages.frame import PATIENCE, card, frame, heading, link_to, notice, shown, table
-from ersatz.service.pages.properties import COLOURS
+from ersatz.service.pages.frame import COLOURS, INK, PATIENCE, card, frame, heading, notice, show, table
+from ersatz.service.pages.markup import link_to, shown, tag
 from ersatz.service.service import Service
 
 MOST: Final = 60
 """Neighbours that are drawn of one thing."""
 
-_INK: Final = "#8595a2"
 _SORTS: Final = ("class", "individual", "quality", "property", "other")
 
 
@@ -70,6 +69,7 @@ def _table(picture: "_Picture") -> None:
     def cell(iri: str) -> Any:
         return (shown(iri), link_to("/graph", node=local_name(iri))) if iri.startswith(KB) else shown(iri)
 
+    show(tag("h2", "What is joined by what"))
     table(["from", "by", "to"], [(cell(a), shown(p), cell(b)) for a, p, b in sorted(picture.edges)[:300]])
 
 
@@ -107,9 +107,9 @@ class _Picture:
             for iri, sort in self._sorts.items()
         ]
         return {
-            "color": COLOURS,
+            "color": list(COLOURS),
             "tooltip": {},
-            "legend": {"top": 0, "data": list(_SORTS), "textStyle": {"color": _INK}},
+            "legend": {"top": 0, "data": list(_SORTS), "textStyle": {"color": INK}},
             "series": [
                 {
                     "type": "graph",
@@ -117,10 +117,11 @@ class _Picture:
                     "roam": True,
                     "draggable": True,
                     "categories": [{"name": sort} for sort in _SORTS],
-                    "force": {"repulsion": 220, "edgeLength": [70, 130], "gravity": 0.08},
-                    "label": {"show": True, "position": "right", "color": _INK, "fontSize": 11},
+                    "zoom": 1.0 if len(nodes) > 16 else 1.8,
+                    "force": {"repulsion": 260, "edgeLength": [80, 150], "gravity": 0.08},
+                    "label": {"show": True, "position": "right", "color": INK, "fontSize": 11},
                     "labelLayout": {"hideOverlap": True},
-                    "lineStyle": {"color": _INK, "opacity": 0.45},
+                    "lineStyle": {"color": INK, "opacity": 0.45},
                     "edgeSymbol": ["none", "arrow"],
                     "edgeSymbolSize": 6,
                     "data": nodes,

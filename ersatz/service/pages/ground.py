@@ -4,33 +4,36 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from nicegui import events, ui
 
 from ersatz.errors import ErsatzError
-from ersatz.service.grounding import Grounded, ground_scan
-from ersatz.service.inspection import RefusedError
-from ersatz.service.pages.frame import (
-    PATIENCE,
+from ersatz.knowledge.names import snake_iri
+from ersatz.pipeline import Grounded
+from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.service.grounding import SeenScan, ground_scan
+from ersatz.service.pages.cloud import by_segment, draw_cloud
+from ersatz.service.pages.data import overview
+from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show, table
+from ersatz.service.pages.markup import (
+    Markup,
     bar,
-    card,
+    bars,
     chip,
     chips,
-    frame,
-    heading,
+    link,
     link_to,
-    notice,
     page_of,
-    table,
+    tag,
+    unit_words,
     words_of,
 )
-from ersatz.service.pages.individuals import unit_words
-from ersatz.service.pages.properties import COLOURS
+from ersatz.service.pages.picker import picker
+from ersatz.service.pages.writing import ask_token
 from ersatz.service.service import Service
 
 SUFFIXES: Final = (".ply", ".pcd")
-DRAWN: Final = 12_000
-"""Points that are drawn."""
+NEAREST: Final = 8
+"""Classes and tools that are shown."""
 
 
 def add(service: Service) -> None:
@@ -45,15 +48,10 @@ def add(service: Service) -> None:
                 "qualities are looked up, and the classes most like it follow.",
             )
             with card():
-                upload = (
-                    ui.upload(
-                        label=f"A scan, at most {service.settings.upload_bytes >> 20} MiB",
-                        auto_upload=True,
-                        max_file_size=service.settings.upload_bytes,
-                        max_files=1,
-                    )
-                    .props(f'accept="{",".join(SUFFIXES)}" flat bordered color=teal-8')
-                    .style("width: 100%")
+                most = service.settings.upload_bytes
+                label = f"A scan, at most {most >> 20} MiB: choose a file, or drop it here"
+                upload = ui.upload(label=label, auto_upload=True, max_file_size=most, max_files=1).props(
+                    f'accept="{",".join(SUFFIXES)}" flat bordered'
                 )
             place = ui.element("div").props('aria-live="polite"')
 
@@ -62,7 +60,7 @@ def add(service: Service) -> None:
                 with place:
                     ui.spinner(size="lg", color="teal-8")
                 try:
-                    found = await _measured(service, event)
+                    found = await _seen(service, event)
                 except (ErsatzError, ValueError) as error:
                     place.clear()
                     with place:
@@ -76,7 +74,7 @@ def add(service: Service) -> None:
             upload.on_upload(take)
 
 
-async def _measured(service: Service, event: events.UploadEventArguments) -> Grounded:
+async def _seen(service: Service, event: events.UploadEventArguments) -> SeenScan:
     # The name is the client's: only its suffix is used.
     suffix = Path(event.file.name).suffix.lower()
     if suffix not in SUFFIXES:
@@ -87,80 +85,73 @@ async def _measured(service: Service, event: events.UploadEventArguments) -> Gro
         return await service.read(lambda: ground_scan(service.kb, path))
 
 
-def _draw(service: Service, found: Grounded) -> None:
+def _draw(service: Service, found: SeenScan) -> None:
+    if found.remark:
+        notice(found.remark)
     with ui.element("div").classes("two"):
         with card(f"Its {found.segments.max(initial=0) + 1} segments"):
-            _scene(found)
-            ui.label(f"{len(found.points)} points, {found.extent} m. Drag to turn it.").classes("faint")
+            draw_cloud(found.points, by_segment(found.segments))
         with card("What was measured"):
-            table(
-                ["property", "value", "unit", "quality"],
-                [
-                    (
-                        (words_of(one.name), page_of("property", one.iri)),
-                        " × ".join(f"{value:.4g}" for value in one.values),
-                        unit_words(one.unit),
-                        (words_of(one.quality), page_of("quality", one.quality_iri))
-                        if one.quality
-                        else "not in this knowledge base",
-                    )
-                    for one in found.measured
-                ],
-                numeric=(1,),
-            )
+            table(("property", "value", "unit", "quality"), _held(found.grounded), numeric=(1,))
     with card("Most like it"):
-        ui.label(
-            "Jaccard similarity of its qualities with those typical of a class, over the measured properties"
-        ).classes("faint")
-        with (
-            ui.element("div")
-            .classes("bars")
-            .style("grid-template-columns: minmax(120px, max-content) 1fr max-content")
-        ):
-            for iri, name, similarity in found.nearest:
-                ui.link(name, page_of("class", iri))
-                bar(similarity, typical=similarity > 0.35)
-                ui.label(f"{similarity:.2f}").classes("of")
-    with card("What it could stand in for"), chips():
-        for _, name, similarity in found.stands_in_for:
-            chip(f"{name} {similarity:.2f}", link_to("/substitution", missing=name), "good")
-        if not found.stands_in_for:
-            ui.label("For nothing here, by what was measured.").classes("soft")
+        words = "Jaccard index of its qualities with those typical of a class, over the measured properties"
+        show(tag("div", f"{words}; dimensionless.", class_="soft"))
+        show(_likenesses(found.grounded))
+    with card("What it could stand in for"):
+        roles = [role for role in found.grounded.roles if role.accepted][:NEAREST]
+        marks = (
+            chip(
+                f"{role.tool} {float(role.similarity):.2f}",
+                link_to("/substitution", missing=role.tool),
+                "good",
+            )
+            for role in roles
+        )
+        show(chips(marks, "For nothing here, by what was measured."))
     if service.settings.writable:
         _keep(service, found)
 
 
-def _scene(found: Grounded) -> None:
-    chosen = np.linspace(0, len(found.points) - 1, min(DRAWN, len(found.points))).astype(int)
-    points = found.points[chosen] - found.points.mean(axis=0)
-    points = points / max(float(np.abs(points).max()), 1e-9) * 2.2
-    palette = np.array([[int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)] for colour in COLOURS])
-    colours = palette[found.segments[chosen] % len(palette)]
-    with ui.scene(width=520, height=400, grid=False, background_color="#f5f7f8") as scene:
-        scene.point_cloud(points.tolist(), colours.tolist(), point_size=0.06)
-        scene.move_camera(x=2.1, y=-2.1, z=1.7, look_at_x=0, look_at_y=0, look_at_z=0, duration=0)
-    scene.style("width: 100%; max-width: 100%; border-radius: 8px; overflow: hidden")
+def _held(grounded: Grounded) -> list[tuple[Any, ...]]:
+    return [
+        (
+            (words_of(one.property), page_of("property", snake_iri(one.property))),
+            " × ".join(f"{value:.4g}" for value in one.value),
+            unit_words(one.unit),
+            (words_of(one.quality), page_of("quality", snake_iri(one.quality))),
+        )
+        for one in grounded.held
+    ]
 
 
-def _keep(service: Service, found: Grounded) -> None:
+def _likenesses(grounded: Grounded) -> Markup:
+    typical = ReasonerSettings().tolerance
+    return bars(
+        (
+            link(one.name, page_of("class", one.iri)),
+            bar(float(one.similarity), typical=one.similarity > typical),
+            f"{float(one.similarity):.2f}",
+        )
+        for one in grounded.classes[:NEAREST]
+        if one.similarity > 0
+    )
+
+
+def _keep(service: Service, found: SeenScan) -> None:
     with card("Add it to the knowledge base"), ui.element("div").classes("line"):
-        of = ui.input("Its class").props("outlined dense")
+        names = [name for _, name, _ in overview(service.kb).classes]
+        of = picker("Its class", names, found.grounded.classes[0].name)
         name = ui.input("Its name").props("outlined dense")
-        token = ui.input("Token", password=True).props("outlined dense autocomplete=off")
 
-        async def add_it() -> None:
-            if not service.has_token(str(token.value)):
-                ui.notify("That is not the token.", type="negative")
-                return
-            values: dict[str, Any] = {
-                one.name: one.values[0] if len(one.values) == 1 else list(one.values)
-                for one in found.measured
-                if one.quality
+        def add_it() -> None:
+            values = {
+                one.property: one.value[0] if len(one.value) == 1 else list(one.value)
+                for one in found.grounded.held
             }
-            try:
-                await service.write(lambda: service.kb.observe(str(of.value), str(name.value), values))
-                ui.notify(f"{name.value} is known now.", type="positive")
-            except RefusedError as error:
-                ui.notify(str(error), type="negative")
+            chosen, called = str(of.value or ""), str(name.value or "").strip()
+            if not called:
+                ui.notify("Give it a name of its own.", type="warning")
+                return
+            ask_token(service, lambda: service.kb.observe(chosen, called, values), f"{called} is known now.")
 
         ui.button("Add", on_click=add_it).props("unelevated color=teal-8")

@@ -1,6 +1,5 @@
 """The first page: what there is, and the question it is all about."""
 
-from typing import Final
 from urllib.parse import quote
 
 from nicegui import ui
@@ -8,22 +7,11 @@ from starlette.responses import RedirectResponse
 
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.vocabulary import KB
-from ersatz.service.pages.data import is_individual, overview
-from ersatz.service.pages.frame import (
-    PATIENCE,
-    card,
-    chip,
-    chips,
-    frame,
-    heading,
-    link_to,
-    notice,
-    page_of,
-    text,
-)
+from ersatz.service.pages.data import Overview, is_individual, overview
+from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show
+from ersatz.service.pages.markup import Markup, chip, chips, joined, link, link_to, page_of, tag
+from ersatz.service.pages.picker import picker
 from ersatz.service.service import Service
-
-MOST_OFFERED: Final = 400
 
 
 def add(service: Service) -> None:
@@ -39,32 +27,17 @@ def add(service: Service) -> None:
                 "is not here, and it ranks what is, with reasons.",
             )
             with card(), ui.element("div").classes("line"):
-                names = sorted(name for _, name, _ in seen.classes)
-                missing = ui.select(
-                    offered(names, _first(names)),
-                    label="Missing tool",
-                    with_input=True,
-                    new_value_mode="add-unique",
-                    value=_first(names),
-                ).classes("grow")
+                names = [name for _, name, _ in seen.classes]
+                missing = picker("Missing tool", names, _first(names)).classes("grow")
                 ui.button("Find substitutes", icon="search").props("unelevated color=teal-8").on_click(
                     lambda: ui.navigate.to(link_to("/substitution", missing=missing.value))
                 )
-            with ui.element("div").classes("tiles"):
-                for count, words, path in (
-                    (len(seen.classes), "classes of things", "/classes"),
-                    (seen.individuals, "individuals observed", "/individuals"),
-                    (seen.properties, "properties measured", "/properties"),
-                    (seen.qualities, "qualities told apart", "/properties"),
-                ):
-                    with ui.link(target=path).classes("tile"):
-                        text(f"{count:,}".replace(",", "\u202f"), "b")
-                        ui.label(words)
-            with card("Classes"), chips():
-                for iri, name, _ in seen.classes[:60]:
-                    chip(name, page_of("class", iri))
+            show(_tiles(seen), "tiles")
+            with card("Classes"):
+                marks = [chip(name, page_of("class", iri)) for iri, name, _ in seen.classes[:60]]
                 if len(seen.classes) > 60:
-                    chip(f"all {len(seen.classes)}", "/classes", "info")
+                    marks.append(chip(f"all {len(seen.classes)}", "/classes", "info"))
+                show(chips(marks))
 
     @ui.page("/thing/{name}", response_timeout=PATIENCE)
     async def thing(name: str) -> RedirectResponse | None:
@@ -82,9 +55,17 @@ def add(service: Service) -> None:
         return None
 
 
-def offered(names: list[str], *chosen: str | None) -> list[str]:
-    """Return the names a field offers: not more than a page bears; others can be typed."""
-    return sorted({*names[:MOST_OFFERED], *(one for one in chosen if one)})
+def _tiles(seen: Overview) -> Markup:
+    counts = (
+        (len(seen.classes), "classes of things", "/classes"),
+        (seen.individuals, "individuals observed", "/individuals"),
+        (seen.properties, "properties measured", "/properties"),
+        (seen.qualities, "qualities told apart", "/properties"),
+    )
+    return joined(
+        link(joined((tag("b", f"{count:,}".replace(",", "\u202f")), tag("span", words))), path, class_="tile")
+        for count, words, path in counts
+    )
 
 
 def _first(names: list[str]) -> str | None:

@@ -1,7 +1,9 @@
-"""Individuals: what was measured of each thing, and which qualities it holds."""
+"""Individuals: what was measured of each thing, what it looks like, and which qualities it holds."""
 
+from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from itertools import groupby
+from typing import Any, Final
 
 from nicegui import ui
 
@@ -9,25 +11,26 @@ from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.vocabulary import KB
-from ersatz.service.pages.classes import MOST
-from ersatz.service.pages.data import individuals, units
-from ersatz.service.pages.frame import (
-    PATIENCE,
-    card,
+from ersatz.service.pages.cloud import by_height, draw_cloud
+from ersatz.service.pages.data import individuals, qualities, unit_of
+from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show, table, title_line
+from ersatz.service.pages.markup import (
+    Markup,
     chip,
     chips,
-    copyable,
-    frame,
-    heading,
+    faint,
+    joined,
+    link,
     link_to,
-    notice,
     page_of,
     shown,
-    table,
-    text,
+    tag,
     words_of,
 )
 from ersatz.service.service import Service
+
+MOST: Final = 400
+"""Individuals of a list that are drawn."""
 
 
 def add(service: Service) -> None:
@@ -44,70 +47,57 @@ def add(service: Service) -> None:
             box = ui.input(placeholder="Search by name or class", value=search).props(
                 'outlined dense clearable debounce=150 aria-label="Search individuals"'
             )
-            items = ui.element("div").style("margin-top: 18px")
-
-            def draw() -> None:
-                items.clear()
-                with items:
-                    _groups(known, str(box.value or ""))
-
-            box.on_value_change(draw)
-            draw()
+            items = show(_groups(known, search))
+            box.on_value_change(lambda: items.set_content(_groups(known, str(box.value or ""))))
 
     @ui.page("/individuals/{name}", response_timeout=PATIENCE)
     async def one(name: str) -> None:
         try:
-            found = await service.read(lambda: _Found(service.kb, service.kb.resolve(KB + name, "instance")))
+            found = await service.read(lambda: _read(service.kb, KB + name))
         except (ErsatzError, ValueError, IndexError) as error:
             with frame(service, "Unknown individual", "/individuals"):
                 notice(str(error), bad=True)
             return
         with frame(service, found.name, "/individuals"):
-            text(found.name, "h1")
-            copyable(found.iri)
-            with ui.element("p").classes("lead"):
-                text("A ")
-                ui.link(found.class_name, page_of("class", found.class_iri))
-                text(f" with {len(found.rows)} measured properties and {len(found.qualities)} qualities.")
-            with card("Measurements"):
-                table(
-                    ["property", "observation", "raw value", "unit", "quality", "origin", "source"],
-                    found.rows,
-                    numeric=(2,),
-                )
-            with ui.element("div").classes("two"):
-                with card("Holds"), chips():
-                    for iri in found.qualities:
-                        chip(words_of(local_name(iri)), page_of("quality", iri), "good")
-                with card("Who refers to it"):
-                    table(["from", "by"], found.usage)
-            with card("More"), chips():
-                chip("what it can stand in for", link_to("/substitution", instance=found.name))
-                chip("its neighbourhood", link_to("/graph", node=local_name(found.iri)))
-                chip("as Turtle", f"/kb/{local_name(found.iri)}")
+            await _individual(service, found)
 
 
+@dataclass(frozen=True, slots=True)
 class _Found:
-    """What the page of an individual shows."""
+    """What the page of an individual shows.
 
-    def __init__(self, kb: KnowledgeBase, iri: str) -> None:
-        row = kb.ask("instance", instance=iri)[0]
-        self.iri, self.name = iri, str(row["name"])
-        self.class_iri, self.class_name = str(row["class"]), str(row["className"])
-        held = kb.ask("instance_qualities", instances=[iri])
-        self.qualities = [str(row["quality"]) for row in held]
-        self.rows = _measured(kb, iri, self.qualities)
-        self.usage: list[tuple[Any, str]] = [
-            ((shown(row["s"]), link_to("/graph", node=shown(row["s"]))), shown(row["p"]))
-            for row in kb.query(f"SELECT ?s ?p {{ ?s ?p <{iri}> }} ORDER BY ?p ?s LIMIT {MOST}")
-        ] or [("Nothing does.", "")]
+    Attributes
+    ----------
+    iri, name, class_iri, class_name : str
+    qualities : tuple of IRIs
+    rows : list of rows of the table of measurements
+    usage : list of (thing, relation)
+    """
+
+    iri: str
+    name: str
+    class_iri: str
+    class_name: str
+    qualities: tuple[str, ...]
+    rows: list[tuple[Any, ...]]
+    usage: list[tuple[Any, str]]
 
 
-def _measured(kb: KnowledgeBase, iri: str, held: list[str]) -> list[tuple[Any, ...]]:
+def _read(kb: KnowledgeBase, name: str) -> _Found:
+    iri = kb.resolve(name, "instance")
+    row = kb.ask("instance", instance=iri)[0]
+    held = tuple(str(row["quality"]) for row in kb.ask("instance_qualities", instances=[iri]))
+    rows = _measured(kb, iri, held)
+    usage: list[tuple[Any, str]] = [
+        ((shown(row["s"]), link_to("/graph", node=shown(row["s"]))), shown(row["p"]))
+        for row in kb.query(f"SELECT ?s ?p {{ ?s ?p <{iri}> }} ORDER BY ?p ?s LIMIT 200")
+    ]
+    return _Found(iri, str(row["name"]), str(row["class"]), str(row["className"]), held, rows, usage)
+
+
+def _measured(kb: KnowledgeBase, iri: str, held: tuple[str, ...]) -> list[tuple[Any, ...]]:
     """Return a row a property and observation, the components of a vector together."""
-    known = units(kb)
-    of = {str(row["quality"]): str(row["property"]) for row in kb.ask("qualities")}
-    quality = {of[one]: one for one in held}
+    quality = {str(qualities(kb)[one]["property"]): one for one in held if one in qualities(kb)}
     values: dict[tuple[str, str], list[Decimal]] = {}
     other: dict[tuple[str, str], tuple[str, str]] = {}
     for row in kb.ask("instance_measurements", instance=iri):
@@ -115,49 +105,98 @@ def _measured(kb: KnowledgeBase, iri: str, held: list[str]) -> list[tuple[Any, .
         values.setdefault(key, []).append(Decimal(str(row["value"])))
         other[key] = shown(row["origin"]), str(row["file"] or "")
     rows: list[tuple[Any, ...]] = []
-    for (prop, observation), found in values.items():
-        one = quality.get(prop)
-        rows.append(
-            (
-                (words_of(local_name(prop)), page_of("property", prop)),
-                observation,
-                " × ".join(f"{float(value):.4g}" for value in found),
-                unit_of(known, prop),
-                (words_of(local_name(one)), page_of("quality", one)) if one else "",
-                *other[prop, observation],
-            )
-        )
+    for prop, keys in groupby(values, key=lambda key: key[0]):
+        for at, key in enumerate(keys):
+            holds = _said(quality[prop], "quality", again=at > 0) if prop in quality else ""
+            value = " × ".join(f"{float(value):.4g}" for value in values[key])
+            name = _said(prop, "property", again=at > 0)
+            rows.append((name, key[1], value, unit_of(kb, prop), holds, *other[key]))
     return rows
 
 
-def unit_of(known: dict[str, dict[str, Any]], prop: str) -> str:
-    """Return the unit of a property as a person reads it."""
-    return unit_words(str(known.get(prop, {}).get("unit") or "1"))
+def _said(iri: str, kind: str, *, again: bool) -> Markup:
+    """Return a name as a link; said again it is there for a copy of the table, not for the eye."""
+    words = words_of(local_name(iri))
+    return tag("span", words, class_="again") if again else link(words, page_of(kind, iri))
 
 
-def unit_words(unit: str) -> str:
-    """Return a unit as a person reads it.
+async def _individual(service: Service, found: _Found) -> None:
+    stand_in = link(
+        "What it can stand in for", link_to("/substitution", instance=found.name), class_="button"
+    )
+    title_line(found.name, found.iri, stand_in)
+    properties = sum("again" not in row[0] for row in found.rows)
+    counts = (
+        f" with {len(found.rows)} measurement{'s' * (len(found.rows) != 1)}"
+        f" of {properties} propert{'y' if properties == 1 else 'ies'}."
+    )
+    kind = link(found.class_name, page_of("class", found.class_iri))
+    show(tag("p", "A ", kind, counts, class_="lead"))
+    with ui.element("div").classes("two"):
+        with card("Scan"):
+            await _scan(service, found.iri)
+        with card("Holds"):
+            held = (
+                chip(words_of(local_name(one)), page_of("quality", one), "good") for one in found.qualities
+            )
+            more = (
+                chip("its neighbourhood", link_to("/graph", node=local_name(found.iri))),
+                chip("as Turtle", f"/kb/{local_name(found.iri)}"),
+            )
+            show(joined((chips(held, "No quality."), faint("More"), chips(more))))
+    with card("Measurements"):
+        heads = ("property", "observation", "raw value", "unit", "quality", "origin", "source")
+        table(heads, found.rows, numeric=(2,))
+    with card("Who refers to it"):
+        if found.usage:
+            table(("from", "by"), found.usage)
+        else:
+            show(tag("div", "Nothing does.", class_="soft"))
 
-    >>> unit_words("m2"), unit_words("1")
-    ('m²', 'dimensionless')
-    """
-    return {"1": "dimensionless", "m2": "m²", "m3": "m³", "kg m2": "kg m²"}.get(unit, unit)
+
+async def _scan(service: Service, iri: str) -> None:
+    """Draw the scan, or say why there is none."""
+    if service.scans is None:
+        words = "No scans are at hand: `ersatz serve KB --scans FOLDER` shows those the values came from."
+        show(tag("div", words, class_="soft"))
+        return
+    scans = service.scans
+    files = scans.of(iri)
+    if not files:
+        show(tag("div", "There is no scan of it in the folder.", class_="soft"))
+        return
+    place = ui.element("div")
+
+    async def draw(at: int) -> None:
+        try:
+            points = await service.read(lambda: scans.points(files[at]))
+        except ErsatzError as error:
+            with place:
+                notice(str(error).replace(str(files[at].path), files[at].path.name), bad=True)
+            return
+        place.clear()
+        with place:
+            draw_cloud(points, by_height(points))
+
+    await draw(0)
+    if len(files) > 1:
+        names = dict(enumerate(file.path.name for file in files))
+        box = ui.select(names, value=0, label="Scan").props("outlined dense").style("width: 100%")
+        box.on_value_change(lambda: draw(int(box.value)))
+    else:
+        show(tag("div", files[0].path.name, class_="faint"))
 
 
-def _groups(known: tuple[tuple[str, str, str], ...], wanted: str) -> None:
+def _groups(known: tuple[tuple[str, str, str], ...], wanted: str) -> Markup:
     words = wanted.casefold().split()
     fitting = [
         one for one in known if all(word in f"{one[1]} {local_name(one[2])}".casefold() for word in words)
     ]
-    ui.label(f"{len(fitting)} of {len(known)}").classes("faint")
-    groups: dict[str, list[tuple[str, str]]] = {}
-    for iri, name, of in fitting[: 2 * MOST]:
-        groups.setdefault(of, []).append((iri, name))
-    for of, members in groups.items():
-        with card():
-            ui.link(local_name(of), page_of("class", of)).style("font-weight: 650")
-            with chips():
-                for iri, name in members:
-                    chip(name, page_of("instance", iri))
-    if len(fitting) > 2 * MOST:
-        notice(f"{len(fitting) - 2 * MOST} more: type to narrow.")
+    boxes = [faint(f"{len(fitting)} of {len(known)}")]
+    for of, members in groupby(fitting[:MOST], key=lambda one: one[2]):
+        marks = chips(chip(name, page_of("instance", iri)) for iri, name, _ in members)
+        head = tag("div", link(words_of(local_name(of)), page_of("class", of)), class_="head")
+        boxes.append(tag("section", head, marks, class_="card"))
+    if len(fitting) > MOST:
+        boxes.append(tag("div", f"{len(fitting) - MOST} more: type to narrow.", class_="notice"))
+    return joined(boxes)

@@ -1,0 +1,180 @@
+"""Stability: what is left of the answers when the objects of every class are drawn again.
+
+Every class is asked for as the missing tool, all others are candidates. Stability alone is cheap, for a
+constant is stable: beside it stands how well the same variant agrees with scenarios.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ersatz.evaluation.agreement import Answer, agree, kendall_tau
+from ersatz.evaluation.regrounding import Objects, learn, reground, similarities
+from ersatz.evaluation.scenarios import Scenario
+from ersatz.grounding.subcategorization import USUAL_FUZZIFIER, Qualities, SubcategorizationSettings
+from ersatz.reasoner.relevance import ReasonerSettings, Spacing
+from ersatz.reasoner.similarity import Similarity
+
+SAME: Final = 1e-9
+"""Similarities nearer than this are tied."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A way to ground and to reason.
+
+    Attributes
+    ----------
+    label : str
+    settings : ReasonerSettings
+    fuzzifier : float
+        1 is crisp grounding.
+    """
+
+    label: str
+    settings: ReasonerSettings
+    fuzzifier: float = 1.0
+
+
+_RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
+_ORDINAL: Final = ReasonerSettings(graded=True)
+_SPACED: Final = ReasonerSettings(graded=True, spacing=Spacing.CENTROID)
+
+VARIANTS: Final = (
+    Variant("k-means, the paper's rule", ReasonerSettings()),
+    Variant("k-means, graded, Ruzicka", _RUZICKA),
+    Variant("k-means, graded, ordinal", _ORDINAL),
+    Variant("k-means, graded, ordinal, spaced by centroids", _SPACED),
+    Variant("fuzzy, graded, Ruzicka", _RUZICKA, USUAL_FUZZIFIER),
+    Variant("fuzzy, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER),
+    Variant("fuzzy, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """How much of a variant's answers stays.
+
+    Attributes
+    ----------
+    label : str
+    top1 : float in [0, 1]
+        How often the best candidate is the same; of tied ones any is taken.
+    tau : float in [-1, 1]
+        Mean of Kendall's tau-b of the rankings.
+    ties : float in [0, 1]
+        Share of answers whose first place is shared.
+    refitted_top1, refitted_tau, refitted_ties : float
+        The same with the qualities found anew in each resample, too.
+    agreement : float in [0, 1] or None
+        Top-1 on scenarios, with all objects of another knowledge base.
+    """
+
+    label: str
+    top1: float
+    tau: float
+    ties: float
+    refitted_top1: float
+    refitted_tau: float
+    refitted_ties: float
+    agreement: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        numbers = {name: getattr(self, name) for name in self.__slots__[1:]}
+        return {"variant": self.label} | {
+            name: None if one is None else round(one, 6) for name, one in numbers.items()
+        }
+
+
+def stability(
+    objects: Objects,
+    variants: Sequence[Variant] = VARIANTS,
+    resamples: int = 100,
+    refits: int = 100,
+    restarts: int = 3,
+    progress: Callable[[str, float], None] = lambda _stage, _share: None,
+) -> tuple[Stability, ...]:
+    """Draw the objects again many times and compare every variant's rankings with those of all objects.
+
+    Parameters
+    ----------
+    objects : Objects
+    variants : sequence of Variant
+    resamples : int
+    refits : int
+        In so many of them the qualities are found anew, too; at least 1, and the slower part.
+    restarts : int
+        Starts of k-means in several dimensions.
+    progress : callable
+    """
+    fuzzifiers = sorted({variant.fuzzifier for variant in variants})
+    settings = {m: SubcategorizationSettings(restarts=restarts, fuzzifier=m) for m in fuzzifiers}
+    fixed = {m: learn(objects, settings[m]) for m in fuzzifiers}
+    full = {one: similarities(reground(objects, fixed[one.fuzzifier]), one.settings) for one in variants}
+    rows: dict[tuple[Variant, bool], list[tuple[float, ...]]] = {}
+    for seed in range(resamples):
+        progress("objects drawn again", seed / resamples)
+        again = objects.resampled(seed)
+        for refitted in (False, True)[: 1 + (seed < refits)]:
+            cuts = {m: learn(again, settings[m]) for m in fuzzifiers} if refitted else fixed
+            known = {m: reground(again, cuts[m]) for m in fuzzifiers}
+            for one in variants:
+                compared = _compare(full[one], similarities(known[one.fuzzifier], one.settings))
+                rows.setdefault((one, refitted), []).append(compared)
+    means = {key: np.mean(each, axis=0).tolist() for key, each in rows.items()}
+    return tuple(Stability(one.label, *means[one, False], *means[one, True]) for one in variants)
+
+
+def with_agreement(
+    found: Sequence[Stability],
+    variants: Sequence[Variant],
+    objects: Objects,
+    scenarios: Sequence[Scenario],
+) -> tuple[Stability, ...]:
+    """Add how well each variant, with all objects of a knowledge base, agrees with the scenarios."""
+    cuts: dict[float, tuple[Qualities, ...]] = {}
+    agreed = []
+    for one in variants:
+        settings = SubcategorizationSettings(fuzzifier=one.fuzzifier)
+        qualities = cuts.setdefault(one.fuzzifier, learn(objects, settings))
+        scores = similarities(reground(objects, qualities), one.settings)
+        values = [agree(s, _answer(scores, objects, s)).value["top1"] or 0.0 for s in scenarios]
+        agreed.append(sum(values) / len(values))
+    return tuple(replace(one, agreement=mean) for one, mean in zip(found, agreed, strict=True))
+
+
+def markdown(found: Sequence[Stability]) -> str:
+    """Return the table in Markdown."""
+    lines = [
+        "| variant | same top-1 | Kendall τ | ties | same top-1, refitted | Kendall τ, refitted | ties, "
+        "refitted | top-1 on the benchmark |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for one in found:
+        numbers = [one.top1, one.tau, one.ties, one.refitted_top1, one.refitted_tau, one.refitted_ties]
+        agreement = "" if one.agreement is None else f"{one.agreement:.2f}"
+        lines.append(f"| {one.label} | {' | '.join(f'{x:.2f}' for x in numbers)} | {agreement} |")
+    return "\n".join(lines) + "\n"
+
+
+def _compare(full: NDArray[np.float64], again: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the mean over tools of: the same best candidate, tau-b, a shared first place."""
+    rows = []
+    for tool in range(len(full)):
+        before, after = (np.round(np.delete(one[tool], tool) / SAME) for one in (full, again))
+        best, still = before == before.max(), after == after.max()
+        kept = (best & still).sum() / (best.sum() * still.sum())
+        rows.append((kept, kendall_tau(before.tolist(), after.tolist()), still.sum() > 1))
+    top1, tau, ties = np.mean(rows, axis=0).tolist()
+    return top1, tau, ties
+
+
+def _answer(scores: NDArray[np.float64], objects: Objects, scenario: Scenario) -> Answer:
+    row = {name: at for at, name in enumerate(objects.classes)}
+    found = scores[row[scenario.missing], [row[name] for name in scenario.available]]
+    everything = np.delete(scores[row[scenario.missing]], row[scenario.missing])
+    return Answer(tuple(np.round(found, 9).tolist()) if everything.any() else None)

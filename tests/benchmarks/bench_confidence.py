@@ -1,0 +1,121 @@
+"""How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
+
+    python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 40]
+
+Prints tables in Markdown; `--out` also writes the numbers as JSON and the figure of calibration. Without the
+RoCS data only `household` takes part.
+"""
+
+import argparse
+import json
+import sys
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ersatz.acquisition.rocs import read_rocs
+from ersatz.errors import ErsatzWarning
+from ersatz.evaluation.calibration import calibrate
+from ersatz.evaluation.figures import draw_one, reliability
+from ersatz.evaluation.inquiry import unknown_classes, unknown_objects
+from ersatz.evaluation.regrounding import Objects, learn
+from ersatz.evaluation.resampling import read_values, to_blocks
+from ersatz.evaluation.scenarios import load_scenarios
+from ersatz.evaluation.stability import VARIANTS, markdown, stability, with_agreement
+from ersatz.grounding.subcategorization import SubcategorizationSettings
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.relevance import ReasonerSettings
+from tests.conftest import DATA
+
+SETTINGS = {"the paper's rule": ReasonerSettings(), "graded, ordinal": ReasonerSettings(graded=True)}
+
+
+def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+    """Draw the objects of RoCS again; agreement is that of `household` with the benchmark."""
+    if "RoCS" not in data:
+        sys.exit("stability needs the RoCS data: say where it is with --rocs")
+    found = stability(data["RoCS"], VARIANTS, options.resamples, options.refits, progress=tell)
+    found = with_agreement(found, VARIANTS, data["household"], load_scenarios("benchmark"))
+    print(f"{options.resamples} resamples, {options.refits} refitted\n\n{markdown(found)}")
+    return [one.to_json() for one in found]
+
+
+def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+    """Answer with half of the objects."""
+    found = {}
+    for name, objects in data.items():
+        qualities = learn(objects, SubcategorizationSettings())
+        for rule, settings in SETTINGS.items():
+            tell(f"{name}, {rule}", 0.0)
+            found[f"{name}, {rule}"] = calibrate(objects, qualities, settings, options.splits)
+    print(
+        "| objects, rule | answers | Brier | Brier of yes or no | calibration error |\n|---|---|---|---|---|"
+    )
+    for name, one in found.items():
+        numbers = f"{one.brier:.3f} | {one.brier_crisp:.3f} | {one.error:.3f}"
+        print(f"| {name} | {len(one.said)} | {numbers} |")
+    if options.out:
+        draw_one("reliability", reliability, found, options.out)
+    return {name: one.to_json() for name, one in found.items()}
+
+
+def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+    """Count measurements in the order asked for and in random order."""
+    found = {}
+    print("| unknown | possible | until right: asked, random, ratio | until sure: asked, random, ratio |")
+    print("|---|---|---|---|")
+    for name, objects in data.items():
+        qualities = learn(objects, SubcategorizationSettings())
+        for rule, settings in SETTINGS.items():
+            tell(f"{name}, {rule}", 0.0)
+            one = unknown_objects(objects, qualities, settings, options.decisions).to_json()
+            two = unknown_classes(objects, qualities, settings, max(1, options.decisions // 8), 1).to_json()
+            for what, effort in (("an object", one), ("two classes", two)):
+                label = f"{what}, {name}, {rule}"
+                found[label] = effort
+                cells = [", ".join(f"{x:.2f}" for x in effort[key]) for key in ("right", "sure")]
+                print(f"| {label} | {effort['possible']:.0f} | {' | '.join(cells)} |", flush=True)
+    return found
+
+
+PARTS: dict[str, Callable[[Mapping[str, Objects], argparse.Namespace], Any]] = {
+    "stability": measure_stability,
+    "calibration": measure_calibration,
+    "asking": measure_asking,
+}
+
+
+def tell(stage: str, share: float) -> None:
+    print(f"{share:4.0%} {stage}", file=sys.stderr)
+
+
+def main() -> None:
+    """Measure what is asked for, or all of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[[], *PARTS], default=[])
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
+    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 20), ("decisions", 40)):
+        parser.add_argument(f"--{name}", type=int, default=usual)
+    options = parser.parse_args()
+    warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+    values, properties = read_values(KnowledgeBase.open("household"))
+    data = {"household": Objects.of(to_blocks(values, properties))}
+    if options.rocs.is_dir():
+        data = {"RoCS": Objects.of(read_rocs(options.rocs))} | data
+    for part in options.parts or PARTS:
+        start = time.perf_counter()
+        found = PARTS[part](data, options)
+        tell(f"{part}: {time.perf_counter() - start:.0f} s", 1.0)
+        if options.out:
+            text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
+            (options.out / f"{part}.json").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,134 @@
+"""Objects grounded again in memory: stability, calibration and what asking is worth, on small worlds."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ersatz.evaluation.calibration import Calibration, calibrate, half
+from ersatz.evaluation.figures import draw_one, reliability
+from ersatz.evaluation.inquiry import Effort, Inquiry, unknown_classes, unknown_objects
+from ersatz.evaluation.regrounding import Objects, learn, reground, similarities
+from ersatz.evaluation.resampling import read_values, to_blocks
+from ersatz.evaluation.scenarios import Scenario
+from ersatz.evaluation.stability import VARIANTS, markdown, stability, with_agreement
+from ersatz.grounding.subcategorization import SubcategorizationSettings
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.measurements import Block, Origin
+from ersatz.pipeline import Settings, build
+from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.representative import load_knowledge
+from ersatz.reasoner.substitution import Status, rank_substitutes
+from tests.making import HERE, prop
+
+PROPERTIES = (prop("alpha"), prop("beta"), prop("size", "physical", "x", "y"), prop("use", "functional"))
+FEW = SubcategorizationSettings(3, restarts=3)
+
+
+def blocks(objects: int = 4, spread: float = 0.6) -> list[Block]:
+    """Return values of five classes around means of their own."""
+    chance = np.random.default_rng(0)
+    found = []
+    for p in PROPERTIES:
+        width = max(1, len(p.components))
+        means = chance.normal(size=(5, width))
+        values = np.repeat(means, objects, axis=0) + spread * chance.normal(size=(5 * objects, width))
+        classes = [f"class {at // objects}" for at in range(5 * objects)]
+        names = [f"thing {at}" for at in range(5 * objects)]
+        found.append(Block(p, classes, names, [""] * len(names), values, Origin.MACHINE, HERE))
+    return found
+
+
+@pytest.fixture(scope="module")
+def objects() -> Objects:
+    return Objects.of(blocks())
+
+
+@pytest.mark.parametrize("graded", [False, True])
+def test_grounding_in_memory_is_that_of_the_pipeline(graded: bool) -> None:
+    kb = build(blocks=blocks(), settings=Settings(FEW))
+    values, properties = read_values(kb)
+    known = Objects.of(to_blocks(values, properties))
+    memory, stored = reground(known, learn(known, FEW)), kb.view(load_knowledge)
+    assert memory.classes.names == stored.classes.names
+    assert np.array_equal(memory.classes.counts, stored.classes.counts)
+    assert np.array_equal(memory.functions.counts, stored.functions.counts)
+    terms = [[(q.name, q.rank, q.kind, q.centroid) for q in one.qualities] for one in (memory, stored)]
+    assert terms[0] == terms[1]
+    chosen = ReasonerSettings(graded=graded)
+    found = similarities(memory, chosen)
+    for row, tool in enumerate(memory.classes.names):
+        ranking = rank_substitutes(kb, tool, settings=chosen)
+        for one in ranking:
+            wanted = one.similarity if ranking.status is Status.OK else 0.0
+            assert found[row, memory.row_of_name[one.name]] == pytest.approx(wanted)
+
+
+def test_a_resample_has_as_many_objects_of_each_class(objects: Objects) -> None:
+    again = objects.resampled(1)
+    assert np.array_equal(np.bincount(again.of_class), np.bincount(objects.of_class))
+    assert not np.array_equal(again.values["alpha"], objects.values["alpha"])
+    assert np.array_equal(again.values["alpha"], objects.resampled(1).values["alpha"])
+    shown = half(objects, 0)
+    assert len(set(shown.tolist())) == len(shown) == 10
+
+
+def test_what_is_all_alike_is_stable_and_ties(objects: Objects) -> None:
+    same = Objects.of(blocks(spread=0.0))
+    for one in stability(same, VARIANTS[:2], resamples=2, refits=1):
+        assert (one.top1, one.refitted_top1) == (1.0, 1.0) or one.ties > 0
+    found = stability(objects, VARIANTS, resamples=2, refits=1)
+    assert all(0 <= one.top1 <= 1 and -1 <= one.tau <= 1 and 0 <= one.ties <= 1 for one in found)
+    assert [one.agreement for one in found] == [None] * len(VARIANTS)
+    names = [f"class {at}" for at in range(5)]
+    scenario = Scenario("q", names[0], tuple(names[1:]), "", frozenset(names[1:]))
+    agreed = with_agreement(found, VARIANTS, objects, [scenario])
+    assert {one.agreement for one in agreed} <= {0.0, 1.0}
+    assert markdown(agreed).count("\n") == 2 + len(VARIANTS)
+
+
+def calibration(said: Sequence[float], crisp: Sequence[int], true: Sequence[int]) -> Calibration:
+    return Calibration(np.array(said), np.array(crisp, dtype=bool), np.array(true, dtype=bool))
+
+
+def test_scores_of_calibration_by_hand() -> None:
+    found = calibration([0.25, 0.25, 0.25, 0.25, 1.0], [1, 0, 0, 0, 1], [0, 0, 0, 1, 1])
+    assert found.brier == pytest.approx((3 * 0.0625 + 0.5625) / 5)
+    assert found.brier_crisp == pytest.approx(2 / 5)
+    assert found.error == pytest.approx(0)
+    assert [(one.said, one.true, one.count) for one in found.bins()] == [(0.25, 0.25, 4), (1.0, 1.0, 1)]
+    assert calibration([0.9], [1], [0]).error == pytest.approx(0.9)
+
+
+def test_answers_of_half_of_the_objects_are_judged_by_all(objects: Objects, tmp_path: Path) -> None:
+    found = calibrate(objects, learn(objects, FEW), ReasonerSettings(graded=True), splits=2, draws=20)
+    assert len(found.said) == 2 * 5 * 4
+    assert np.all((found.said >= 0) & (found.said <= 1))
+    assert found.error < 0.2
+    pytest.importorskip("matplotlib")
+    assert draw_one("reliability", reliability, {"here": found}, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"reliability.png", "reliability.svg"}
+
+
+@pytest.mark.parametrize("simulate", [unknown_objects, unknown_classes])
+def test_efforts_are_counted(objects: Objects, simulate: object) -> None:
+    assert callable(simulate)
+    found: Inquiry = simulate(objects, learn(objects, FEW), ReasonerSettings(graded=True), 1, 1)
+    assert len(found.asked) == len(found.random) == 1
+    for one in (*found.asked, *found.random):
+        assert 0 <= one.right <= one.possible
+        assert 0 <= one.sure <= one.possible
+    assert found.asked[0].possible == found.random[0].possible
+
+
+def test_ratios_are_of_means() -> None:
+    found = Inquiry((Effort(9, 1, 2), Effort(9, 3, 4)), (Effort(9, 4, 4), Effort(9, 4, 8)))
+    assert found.means() == {"right": (2.0, 4.0, 0.5), "sure": (3.0, 6.0, 0.5)}
+    assert found.to_json()["decisions"] == 2
+
+
+def test_a_knowledge_base_of_classes_only_cannot_be_resampled() -> None:
+    kb: KnowledgeBase = build(blocks=blocks(), settings=Settings(FEW, classes_only=True))
+    with pytest.raises(ValueError, match="classes only"):
+        read_values(kb)
