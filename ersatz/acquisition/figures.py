@@ -51,10 +51,10 @@ def scan_figures(scan: Scan, concepts: ShapeConcepts, folder: str | Path) -> lis
     columns = [np.arange(len(cut)), *symbols.T]
     sheet = _clouds(cut, columns[1:], titles[1:], [size - 1 for size in levels])
     return [
-        _save(_clouds(cut, columns[:1], titles[:1], [len(cut) - 1]), folder / "segments.png"),
-        _save(sheet, folder / "symbols.png"),
-        _save(_tree(cut, concepts), folder / "compositions.png"),
-        _save(_bars(concepts.responses(scan), scan.label), folder / "responses.png"),
+        save(_clouds(cut, columns[:1], titles[:1], [len(cut) - 1]), folder / "segments.png"),
+        save(sheet, folder / "symbols.png"),
+        save(_tree(cut, concepts), folder / "compositions.png"),
+        save(_bars(concepts.responses(scan), scan.label), folder / "responses.png"),
     ]
 
 
@@ -97,7 +97,7 @@ def concept_figure(concepts: ShapeConcepts, scans: Iterable[Scan], path: str | P
             axes = figure.add_subplot(len(wanted), EXEMPLARS, row * EXEMPLARS + column + 1)
             _cloud(axes, found[key], np.arange(len(found[key])), len(found[key]) - 1)
             axes.set_title(f"{row + 1}: {key[0]}" if column == 0 else key[0], fontsize=8)
-    return _save(figure, Path(path))
+    return save(figure, Path(path))
 
 
 def _exemplars(concepts: ShapeConcepts) -> list[list[tuple[str, str]]]:
@@ -178,9 +178,10 @@ def _bars(responses: NDArray[np.float64], title: str) -> Any:
     return figure
 
 
-def _save(figure: Any, path: Path) -> Path:
+def save(figure: Any, path: Path) -> Path:
+    """Write a figure as PNG: the same figure gives the same bytes."""
     figure.tight_layout()
-    # No date and no version in the file: the same input gives the same bytes.
+    # No date and no version in the file.
     figure.savefig(path, dpi=120, metadata={"Software": None})
     pyplot().close(figure)
     return path

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from ersatz.acquisition.cavities import Filling, SurfaceSamples, fill, rotation_to, sample_densely
+from ersatz.acquisition.cavities import Filling, fill, rotation_to, sample_densely
+from ersatz.acquisition.hulls import facet_normals, hull_corners, hull_volume, oriented_box
 from ersatz.acquisition.meshes import Mesh
 from ersatz.acquisition.scans import Scan, check_extent
+from ersatz.acquisition.surfaces import best_support, silhouette, splats, symmetry, visible_flatness
 from ersatz.errors import InputError
 
 
@@ -119,20 +120,20 @@ def measure_geometry(scan: Scan, settings: GeometrySettings | None = None) -> Ge
     if scan.mesh is not None:
         return _of_mesh(scan.mesh, settings)
     check_extent(scan.points, scan.label)
-    hull = _hull(scan.points)
+    hull = hull_corners(scan.points)
     size, _ = oriented_box(hull)
     elongation = 1 - float(size[1] / size[0])
     if scan.partial:
-        flat = _visible_flatness(scan.points, settings)
-        volume = _volume_of(hull)
+        flat = visible_flatness(scan.points, settings.level)
+        volume = hull_volume(hull)
         return Geometry(
             size, volume, None, elongation, flat, None, None, None, None, None, None, None, partial=True
         )
-    samples = _splats(scan.points)
-    support, flatness = best_support(samples, hull, settings)
+    samples = splats(scan.points)
+    support, flatness = best_support(samples, hull, settings.level, settings.slope)
     return Geometry(
         size,
-        _volume_of(hull),
+        hull_volume(hull),
         None,
         elongation,
         flatness,
@@ -150,12 +151,12 @@ def measure_geometry(scan: Scan, settings: GeometrySettings | None = None) -> Ge
 def _of_mesh(mesh: Mesh, settings: GeometrySettings) -> Geometry:
     points, _ = mesh.sampled(4000, 0)
     used = mesh.vertices[np.unique(mesh.triangles)]
-    hull = _hull(np.concatenate([used, points]))
+    hull = hull_corners(np.concatenate([used, points]))
     size, axes = oriented_box(hull)
     samples = sample_densely(mesh, max(float(size[0]) / 120, 2e-4))
-    support, flatness = best_support(samples, hull, settings)
+    support, flatness = best_support(samples, hull, settings.level, settings.slope)
     up, filling = best_filling(mesh, hull, axes, settings)
-    volume = _volume_of(hull)
+    volume = hull_volume(hull)
     known = volume > 0 and filling.doubtful < settings.doubt * volume
     return Geometry(
         size,
@@ -172,98 +173,6 @@ def _of_mesh(mesh: Mesh, settings: GeometrySettings) -> Geometry:
         up,
         False,
     )
-
-
-def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the corners of the convex hull of at most a few thousand points; a flat cloud as it is."""
-    if len(points) > 20_000:
-        points = points[np.linspace(0, len(points) - 1, 20_000).astype(np.int64)]
-    try:
-        corners: NDArray[np.float64] = points[ConvexHull(points).vertices]
-    except QhullError:
-        return points
-    return corners
-
-
-def _volume_of(corners: NDArray[np.float64]) -> float:
-    try:
-        return float(ConvexHull(corners).volume)
-    except QhullError:
-        return 0.0
-
-
-def facet_normals(corners: NDArray[np.float64], most: int, apart: float) -> NDArray[np.float64]:
-    """Return outward normals of the largest facets of a convex hull.
-
-    Parameters
-    ----------
-    corners : (n, 3) array, metres
-    most : int
-    apart : float, degrees
-        Facets closer in direction are one.
-
-    Returns
-    -------
-    (k, 3) array, k <= most, largest facet first; empty if the points are flat
-    """
-    try:
-        hull = ConvexHull(corners)
-    except QhullError:
-        return np.zeros((0, 3))
-    a, b, c = corners[hull.simplices].transpose(1, 0, 2)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    normals = hull.equations[:, :3]
-    near = normals @ normals.T > np.cos(np.radians(apart))
-    left = areas.copy()
-    chosen: list[NDArray[np.float64]] = []
-    while len(chosen) < most and left.max() > 0:
-        best = int((near @ left).argmax())
-        mine = near[best] & (left > 0)
-        mean = (normals[mine] * left[mine, None]).sum(axis=0)
-        chosen.append(mean / np.linalg.norm(mean))
-        left[mine] = 0
-    return np.array(chosen).reshape(-1, 3)
-
-
-def oriented_box(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the smallest box around points that has a face flush with a facet of their hull.
-
-    Parameters
-    ----------
-    corners : (n, 3) array, metres
-        Corners of the convex hull.
-
-    Returns
-    -------
-    size : (3,) array, metres, longest first
-    axes : (3, 3) array
-        Unit directions of the edges, as rows.
-    """
-    normals = facet_normals(corners, 60, 3.0)
-    if not len(normals):
-        normals = np.linalg.svd(corners - corners.mean(axis=0))[2][2:]
-    best, box = np.inf, (np.zeros(3), np.eye(3))
-    for normal in normals:
-        frame = rotation_to(normal)
-        local = corners @ frame.T
-        height = float(np.ptp(local[:, 2]))
-        try:
-            flat = local[ConvexHull(local[:, :2]).vertices, :2]
-        except QhullError:
-            flat = local[:, :2]
-        sides = np.roll(flat, -1, axis=0) - flat
-        angles = np.arctan2(sides[:, 1], sides[:, 0])
-        along = flat @ np.stack([np.cos(angles), np.sin(angles)])
-        across = flat @ np.stack([-np.sin(angles), np.cos(angles)])
-        areas = np.ptp(along, axis=0) * np.ptp(across, axis=0)
-        turn = int(areas.argmin())
-        if areas[turn] * max(height, 1e-6) < best:
-            best = float(areas[turn] * max(height, 1e-6))
-            cosine, sine = np.cos(angles[turn]), np.sin(angles[turn])
-            plane = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
-            box = (np.array([np.ptp(along[:, turn]), np.ptp(across[:, turn]), height]), plane @ frame)
-    order = np.argsort(-box[0], kind="stable")
-    return box[0][order], box[1][order]
 
 
 def best_filling(
@@ -320,105 +229,3 @@ def enclosed_volume(mesh: Mesh) -> float | None:
     a, b, c = (mesh.corners - mesh.centre).transpose(1, 0, 2)
     volume = float((a * np.cross(b, c)).sum() / 6)
     return volume if unmatched < 0.01 and volume > 0 else None
-
-
-def best_support(
-    samples: SurfaceSamples, corners: NDArray[np.float64], settings: GeometrySettings
-) -> tuple[float, float]:
-    """Return the largest level area in a stable pose (m²), and its share of all that is seen from above."""
-    area, share = 0.0, 0.0
-    middle = (samples.points * samples.weights[:, None]).sum(axis=0) / samples.weights.sum()
-    for down in facet_normals(corners, 10, 8.0):
-        rotation = rotation_to(-down)
-        if not _stable(corners @ rotation.T, rotation @ middle):
-            continue
-        found = _level_area(samples, rotation, settings)
-        if found[0] > area:
-            area, share = found
-    return area, share
-
-
-def _stable(corners: NDArray[np.float64], middle: NDArray[np.float64]) -> bool:
-    """Say whether the middle is above what touches the ground."""
-    low = corners[:, 2].min() + 0.001 + 0.02 * np.ptp(corners[:, 2])
-    base = corners[corners[:, 2] <= low, :2]
-    try:
-        return bool((ConvexHull(base).equations @ np.append(middle[:2], 1.0) < 0).all())
-    except (QhullError, ValueError):
-        return False
-
-
-def _level_area(
-    samples: SurfaceSamples, rotation: NDArray[np.float64], settings: GeometrySettings
-) -> tuple[float, float]:
-    """Return the area (m²) of the level that holds most of what is seen from above, and its share."""
-    points = samples.points @ rotation.T
-    # What is seen from above looks up, whichever way the file turns its triangles.
-    upward = np.abs(samples.normals @ rotation[2])
-    edge = 1.5 * samples.spacing
-    cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / edge).astype(np.int64)
-    key = cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1]
-    order = np.lexsort((points[:, 2], key))
-    top = order[np.flatnonzero(np.diff(key[order], append=-1))]
-    level = np.sort(points[top[upward[top] > np.cos(np.radians(settings.slope))], 2])
-    if not len(level):
-        return 0.0, 0.0
-    count = (np.searchsorted(level, level + settings.level, "right") - np.arange(len(level))).max()
-    return float(count * edge**2), float(count / len(top))
-
-
-def silhouette(samples: SurfaceSamples) -> float:
-    """Return the mean area of an object's shadow over all directions, m²."""
-    index = np.arange(24) + 0.5
-    height = 1 - index / 24
-    turn = np.pi * (1 + np.sqrt(5)) * index
-    radius = np.sqrt(1 - height**2)
-    edge = 1.5 * samples.spacing
-    areas = []
-    for direction in np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1):
-        flat = samples.points @ rotation_to(direction)[:2].T
-        cells = np.floor((flat - flat.min(axis=0)) / edge).astype(np.int64)
-        shadow = np.zeros(cells.max(axis=0) + 1, dtype=bool)
-        shadow[cells[:, 0], cells[:, 1]] = True
-        count = int(shadow.sum())
-        # Cells on the outline are covered by half; their number follows from the shadow's roundness.
-        areas.append((count - 0.5 * np.sqrt(np.pi * count) * 2) * edge**2)
-    return float(max(np.mean(areas), 0.0))
-
-
-def symmetry(points: NDArray[np.float64], tolerance: float = 0.02) -> float:
-    """Return the share of points within `tolerance` diagonals of their mirror image, for the best mirror."""
-    points = points[np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(np.int64)]
-    centred = points - points.mean(axis=0)
-    axes = np.linalg.svd(centred, full_matrices=False)[2]
-    local = centred @ axes.T
-    tree = cKDTree(local)
-    reach = tolerance * float(np.linalg.norm(np.ptp(local, axis=0)))
-    mirrors = np.ones((3, 3)) - 2 * np.eye(3)
-    return float(max((tree.query(local * mirror)[0] <= 2 * reach).mean() for mirror in mirrors))
-
-
-def _splats(points: NDArray[np.float64]) -> SurfaceSamples:
-    """Return samples of a cloud of all sides, with normals away from its middle."""
-    distances, index = cKDTree(points).query(points, min(15, len(points)))
-    around = points[index]
-    centred = around - around.mean(axis=1, keepdims=True)
-    _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))
-    normals = vectors[:, :, 0]
-    outward = points - points.mean(axis=0)
-    normals = np.where(((normals * outward).sum(axis=1) < 0)[:, None], -normals, normals)
-    spacing = float(np.median(distances[:, min(4, distances.shape[1] - 1)]))
-    return SurfaceSamples(points, normals, np.full(len(points), spacing**2), spacing)
-
-
-def _visible_flatness(points: NDArray[np.float64], settings: GeometrySettings) -> float:
-    """Return the share of points within half a level of their dominant plane, by seeded sampling."""
-    rng = np.random.default_rng(0)
-    points = points[np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(np.int64)]
-    a, b, c = points[rng.integers(0, len(points), (3, 200))]
-    normals = np.cross(b - a, c - a)
-    lengths = np.linalg.norm(normals, axis=1)
-    normals = normals[lengths > 0] / lengths[lengths > 0, None]
-    offsets = (normals * a[lengths > 0]).sum(axis=1)
-    inside = np.abs(points @ normals.T - offsets) <= settings.level / 2
-    return float(inside.mean(axis=0).max())

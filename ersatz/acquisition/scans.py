@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.cloud_files import Cloud, read_cloud
+from ersatz.acquisition.cloud_files import read_cloud
+from ersatz.acquisition.clouds import Cloud
 from ersatz.acquisition.meshes import Mesh
 from ersatz.errors import ErsatzWarning, ScanError
 from ersatz.measurements import Origin, Source

@@ -52,3 +52,28 @@ def figure_concepts(
     out.mkdir(parents=True, exist_ok=True)
     path = concept_figure(shape_concepts(concepts), unlabelled_scans(unlabelled), out / "concepts.png")
     say(f"{path}: written")
+
+
+@figure_app.command("drift")
+def figure_drift(
+    scans: Annotated[
+        list[Path], typer.Argument(help="Scans of some objects; of a mesh, six views are taken.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
+    concepts: Annotated[
+        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
+    ] = None,
+) -> None:
+    """Draw how concept responses change when a view loses points or gains noise.
+
+    Example: ersatz figure drift mug.ply bowl.ply box.ply --out figures
+    """
+    from ersatz.acquisition.drift import drift, drift_figure
+    from ersatz.acquisition.layouts import FolderSettings, views_of
+    from ersatz.acquisition.scans import read_scan
+    from ersatz.acquisition.sources import shape_concepts
+
+    out.mkdir(parents=True, exist_ok=True)
+    views = (view for scan in scans for view in views_of(read_scan(scan), FolderSettings(whole=False)))
+    path = drift_figure(drift(views, shape_concepts(concepts)), out / "drift.png")
+    say(f"{path}: written")
