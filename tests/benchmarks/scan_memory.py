@@ -36,10 +36,10 @@ def measure(folder: str, workers: int) -> tuple[int, float, float, float]:
     start = time.perf_counter()
     blocks = measure_scans(iter_scans(folder), shape_concepts(), MeasuringSettings(workers=workers))
     spent = time.perf_counter() - start
-    peaks = (
+    own, worker = (
         resource.getrusage(who).ru_maxrss / 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     )
-    return sum(len(block.values) for block in blocks), spent, *peaks
+    return sum(len(block.values) for block in blocks), spent, own, worker
 
 
 def main() -> None:
