@@ -198,7 +198,7 @@ NAMES: dict[str, tuple[list[str], list[str]]] = {
     "a folder that does not exist": (["build", "no/where/kb.ttl", "--expert", "household"], ["create it"]),
     "an output without a format": (["build", "kb.docx", "--expert", "household"], ["kb.docx", ".ttl"]),
     "no such table": (["build", "OUT.ttl", "--tables", "no.csv"], ["no.csv"]),
-    "a folder for a table": (["build", "OUT.ttl", "--tables", "."], ["is a directory"]),
+    "a folder for a table": (["build", "OUT.ttl", "--tables", "."], ["holds no Parquet file"]),
     "a folder that is not RoCS": (["build", "OUT.ttl", "--rocs", "."], ["."]),
     "no clusters": (["build", "OUT.ttl", "--expert", "household", "--clusters", "0"], ["0"]),
     "a fuzzifier out of range": (
