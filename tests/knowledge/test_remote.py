@@ -37,10 +37,10 @@ def endpoint(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 def pairs(
     endpoint: Endpoint, tmp_path_factory: pytest.TempPathFactory
 ) -> list[tuple[KnowledgeBase, KnowledgeBase]]:
-    """Each knowledge base as a file and over HTTP; one remembers an answer."""
+    """Each knowledge base as a file and over HTTP; one is fuzzy and remembers how sure an answer is."""
     remembering = tmp_path_factory.mktemp("kb") / "remembering.ttl"
-    kb = small()
-    rank_substitutes(kb, "tray", remember=True)
+    kb = small(fuzzifier=2)
+    rank_substitutes(kb, "tray", remember=True, draws=20)
     kb.save(remembering)
     files = (*FILES, remembering)
     urls = [endpoint.load(file, f"urn:{file.stem}") for file in files]
