@@ -63,7 +63,11 @@ DATA_SETS: Final[dict[str, DataSet]] = {
         "Calli et al., The YCB Object and Model Set, ICAR 2015; CC-BY-4.0",
     ),
 }
-"""The publishers' own addresses; `fetch` takes another base for a mirror."""
+"""The publishers' own addresses; `fetch` takes another base for a mirror.
+
+Both name one archive an object: users of the Washington data set fetch apple_1.tar, banana_1.tar and
+camera_1.tar from this folder.
+"""
 
 
 def fetch(

@@ -4,6 +4,7 @@
 
 Concepts are learned from `unlabelled/`, without labels. The test is a 9-nearest-neighbour classifier on views
 of `objects/`, split five times by product (`dup_group`), never by view. Accuracy is the mean over the splits.
+No learned embedding is among the rivals: the packages of such networks fetch their weights, none ships them.
 """
 
 import argparse
