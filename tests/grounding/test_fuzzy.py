@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning, InputError
-from ersatz.grounding import fuzzy, subcategorization
+from ersatz.grounding import fuzzy, summaries
 from ersatz.grounding.attribution import attribute, most_held
 from ersatz.grounding.conceptualization import conceptualize
 from ersatz.grounding.fuzzy import DEGREE
@@ -297,8 +297,8 @@ def test_large_fits_take_a_histogram_or_a_sample(monkeypatch: pytest.MonkeyPatch
     rng = np.random.default_rng(4)
     line, plane = rounded(rng.lognormal(0, 1, (6000, 1))), cloud(4, 6000)
     whole = [fit(line), fit(plane, SPACE)]
-    monkeypatch.setattr(subcategorization, "SAMPLE_LIMIT", 2000)
-    monkeypatch.setattr(subcategorization, "HISTOGRAM_BINS", 1 << 10)
+    monkeypatch.setattr(summaries, "SAMPLE_LIMIT", 2000)
+    monkeypatch.setattr(summaries, "BIN_LIMIT", 1 << 10)
     fewer = [fit(line), fit(plane, SPACE)]
     assert [q.method for q in fewer] == ["sampled fuzzy c-means", "sampled Gustafson-Kessel"]
     assert np.allclose(whole[0].centroids, fewer[0].centroids, rtol=1e-3)
