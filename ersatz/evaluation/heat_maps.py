@@ -25,7 +25,7 @@ def heat_maps(results: Results, figure: "Figure") -> bool:
     ours = _matrix(names, results.scenarios, scores)
     dots = _both(names, results)
     side = 1.7 + 0.27 * len(names)
-    figure.set_size_inches(2 * side + 1.0, side + 0.8)
+    figure.set_size_inches(2 * side + 1.0, side + 1.3)
     axes = figure.subplots(1, 2)
     voted = any(s.voters for s in results.scenarios)
     what = "experts' choices (share of votes)" if voted else "right answers (share of scenarios)"
