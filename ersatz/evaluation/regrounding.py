@@ -58,12 +58,6 @@ class Objects:
         values = {name: one[rows] for name, one in self.values.items()}
         return Objects(self.classes, self.of_class[rows], values, self.properties)
 
-    def hide(self, name: str, rows: NDArray[np.bool_]) -> "Objects":
-        """Return the objects as if a property had not been measured of some."""
-        values = dict(self.values)
-        values[name] = np.where(rows[:, None], np.nan, values[name])
-        return Objects(self.classes, self.of_class, values, self.properties)
-
     def resampled(self, seed: int) -> "Objects":
         """Return as many objects of each class, drawn with replacement."""
         chance = np.random.default_rng(seed)

@@ -375,10 +375,3 @@ def relevant_sets(
     found: NDArray[np.bool_] = np.any(relevant, axis=1)
     otherwise = body if settings.fallback else np.zeros_like(body)
     return np.where(found[:, None], joined, otherwise), found | settings.fallback
-
-
-def relevance_fractions(index: Index, row: int) -> dict[int, Fraction]:
-    """Return J(O_rp, f_rp) of every representative function of a class, by the function's row."""
-    functions = np.flatnonzero(index.bits[row][index.columns])
-    pairs = zip(functions.tolist(), *compare(index.body[row], index.function_body[functions]), strict=True)
-    return {function: Fraction(int(n), int(d)) for function, n, d in pairs}
