@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.candidates import class_row
-from ersatz.reasoner.relevance import Combine, Index, ReasonerSettings, build_index
+from ersatz.reasoner.indices import crisp_index
+from ersatz.reasoner.relevance import Combine, Index, ReasonerSettings
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.similarity import above, best_first, compare, ratios, set_sizes
 
@@ -98,7 +99,7 @@ def rank_many(
         raise InputError("there is no other class to choose from")
     named = range(count) if missing is None else [class_row(kb, known, name) for name in missing]
     tools = np.array(named, dtype=np.int64)
-    index, width = build_index(known, settings), min(top, count - 1)
+    index, width = crisp_index(kb, settings), min(top, count - 1)
     rows = np.empty((len(tools), width), dtype=np.int64)
     numerators, denominators = np.empty(rows.shape, np.int32), np.empty(rows.shape, np.int32)
     sizes, determined = set_sizes(index.body), np.empty(len(tools), dtype=bool)

@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.indices import crisp_index, graded_index
 from ersatz.reasoner.quantised import (
+    GradedIndex,
     alike,
-    build_graded,
     compare_graded,
     graded_relevance,
     grades,
     held_grades,
 )
-from ersatz.reasoner.relevance import ReasonerSettings, build_index, layout_of, relevance
+from ersatz.reasoner.relevance import Index, ReasonerSettings, layout_of, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.similarity import Similarity, compare
 
@@ -96,7 +97,7 @@ def nearest_classes(
         form = Similarity.ORDINAL if settings.similarity is Similarity.ORDINAL else Similarity.RUZICKA
         found = alike(held_grades(known, degrees, layout), grades(known.classes, layout), layout, form)
     else:
-        index = build_index(known, settings)
+        index = crisp_index(kb, settings)
         pairs = compare(pack(_bits(known, degrees)), pack(index.bits))
         found = [Fraction(n, d) for n, d in zip(*(of.tolist() for of in pairs), strict=True)]
     likes = map(Likeness, known.classes.names, known.classes.iris, found)
@@ -113,7 +114,10 @@ def possible_roles(
     """
     known = kb.view(load_knowledge)
     degrees, settings = _held(known, held, settings)
-    judge = _by_degrees(known, degrees, settings) if settings.graded else _by_sets(known, degrees, settings)
+    if settings.graded:
+        judge = _by_degrees(known, graded_index(kb, settings), degrees, settings)
+    else:
+        judge = _by_sets(known, crisp_index(kb, settings), degrees, settings)
     roles = []
     for row, (name, iri) in enumerate(zip(known.classes.names, known.classes.iris, strict=True)):
         found = judge(row)
@@ -122,8 +126,9 @@ def possible_roles(
     return tuple(sorted(roles, key=lambda role: (-role.similarity, role.tool)))
 
 
-def _by_sets(known: Knowledge, degrees: Mapping[str, Decimal], settings: ReasonerSettings) -> Judge:
-    index = build_index(known, settings)
+def _by_sets(
+    known: Knowledge, index: Index, degrees: Mapping[str, Decimal], settings: ReasonerSettings
+) -> Judge:
     body = pack((_bits(known, degrees) & index.body_mask)[None])
 
     def judge(row: int) -> Fraction | None:
@@ -134,8 +139,9 @@ def _by_sets(known: Knowledge, degrees: Mapping[str, Decimal], settings: Reasone
     return judge
 
 
-def _by_degrees(known: Knowledge, degrees: Mapping[str, Decimal], settings: ReasonerSettings) -> Judge:
-    index = build_graded(known, settings)
+def _by_degrees(
+    known: Knowledge, index: GradedIndex, degrees: Mapping[str, Decimal], settings: ReasonerSettings
+) -> Judge:
     body = held_grades(known, degrees, index.layout)
 
     def judge(row: int) -> Fraction | None:

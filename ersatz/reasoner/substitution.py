@@ -23,10 +23,10 @@ from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
 from ersatz.reasoner.graded import ONE
+from ersatz.reasoner.indices import crisp_index, graded_index
 from ersatz.reasoner.quantised import (
     GradedIndex,
     Grades,
-    build_graded,
     compare_graded,
     graded_relevance,
 )
@@ -35,7 +35,6 @@ from ersatz.reasoner.relevance import (
     ReasonerSettings,
     Relevance,
     Spacing,
-    build_index,
     relevance,
 )
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
@@ -378,7 +377,7 @@ def rank_substitutes(
     settings = settings or ReasonerSettings()
     known = kb.view(load_knowledge)
     tool = class_row(kb, known, missing)
-    index = _index(kb, settings)
+    index = (graded_index if settings.graded else crisp_index)(kb, settings)
     candidates = gather(kb, known, index, tool, available, instances)
     iri = known.classes.iris[tool]
     model = _recall(kb, settings, iri, candidates)
@@ -418,19 +417,6 @@ def settings_json(settings: ReasonerSettings) -> str:
         ),
         sort_keys=True,
     )
-
-
-def _indices(_: KnowledgeBase) -> dict[ReasonerSettings, Index | GradedIndex]:
-    return {}
-
-
-def _index(kb: KnowledgeBase, settings: ReasonerSettings) -> Index | GradedIndex:
-    """Return the representative models or degrees at these settings, kept until knowledge changes."""
-    indices = kb.view(_indices)
-    if settings not in indices:
-        build = build_graded if settings.graded else build_index
-        indices[settings] = build(kb.view(load_knowledge), settings)
-    return indices[settings]
 
 
 def _rank(
