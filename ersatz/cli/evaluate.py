@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, open_kb, progress, say
+from ersatz.cli.options import Host, Location, Port
+from ersatz.cli.terminal import open_kb, progress, say
 
 
 @app.command()
@@ -73,8 +74,8 @@ def survey(
     scenarios: Annotated[str, typer.Argument(help="benchmark, or a file of scenarios (CSV, JSON).")],
     out: Annotated[Path, typer.Option(help="File the votes are added to.")],
     pictures: Annotated[Path | None, typer.Option(help="A folder of scans to draw the objects from.")] = None,
-    host: Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port to listen on.")] = 8000,
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
 ) -> None:
     """Ask experts which object they would take, in the browser; votes are on disk at once.
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from ersatz.cli.app import app
+from ersatz.cli.options import Concepts
 from ersatz.cli.terminal import say
 
 figure_app = typer.Typer(help="Draw scans and shape concepts as PNG files.", rich_markup_mode=None)
@@ -16,9 +17,7 @@ app.add_typer(figure_app, name="figure")
 def figure_scan(
     scan: Annotated[Path, typer.Argument(help="A scan of an object; of a mesh, one view is drawn.")],
     out: Annotated[Path, typer.Option(help="Folder to write the pictures to.")],
-    concepts: Annotated[
-        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
-    ] = None,
+    concepts: Concepts = None,
 ) -> None:
     """Draw a scan: its segments, its symbols at each level, the tree of compositions, the responses.
 
@@ -38,9 +37,7 @@ def figure_scan(
 def figure_concepts(
     unlabelled: Annotated[Path, typer.Option(help="The folder of scans the concepts were learned from.")],
     out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
-    concepts: Annotated[
-        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
-    ] = None,
+    concepts: Concepts = None,
 ) -> None:
     """Draw a contact sheet of the shape concepts: one row a concept, its exemplars nearest to its middle.
 
@@ -60,9 +57,7 @@ def figure_drift(
         list[Path], typer.Argument(help="Scans of some objects; of a mesh, six views are taken.")
     ],
     out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
-    concepts: Annotated[
-        Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")
-    ] = None,
+    concepts: Concepts = None,
 ) -> None:
     """Draw how concept responses change when a view loses points or gains noise.
 

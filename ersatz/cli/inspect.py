@@ -9,7 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, console, open_kb, print_json
+from ersatz.cli.options import Location
+from ersatz.cli.terminal import console, open_kb, print_json
 from ersatz.errors import InputError
 
 

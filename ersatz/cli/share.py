@@ -8,7 +8,8 @@ from typing import Annotated, Final
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, open_kb, progress, say
+from ersatz.cli.options import Host, Location, Port
+from ersatz.cli.terminal import open_kb, progress, say
 from ersatz.errors import InputError, MissingDependencyError
 
 
@@ -128,8 +129,8 @@ def upload(
 @app.command()
 def serve(
     location: Location,
-    host: Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port to listen on.")] = 8000,
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
     writable: Annotated[
         bool, typer.Option("--writable", help="Let who has the token change knowledge.")
     ] = False,

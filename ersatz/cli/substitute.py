@@ -6,7 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, console, open_kb, print_json, save
+from ersatz.cli.options import AsJson, Available, Graded, Instances, Location, Missing, Properties
+from ersatz.cli.terminal import console, open_kb, print_json, save
 from ersatz.cli.update import read_values
 
 
@@ -33,16 +34,10 @@ def demo() -> None:
 @app.command()
 def substitute(
     location: Location,
-    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
-    available: Annotated[
-        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
-    ] = None,
-    instance: Annotated[
-        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
-    ] = None,
-    graded: Annotated[
-        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
-    ] = False,
+    missing: Missing,
+    available: Available = None,
+    instance: Instances = None,
+    graded: Graded = False,
     representative: Annotated[
         str, typer.Option(help="Theta: typical from this degree on; not graded.")
     ] = "0.35",
@@ -66,9 +61,7 @@ def substitute(
     fallback: Annotated[
         bool, typer.Option(help="With no relevant function, compare all that is typical.")
     ] = False,
-    properties: Annotated[
-        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
-    ] = None,
+    properties: Properties = None,
     certainty: Annotated[
         str | None,
         typer.Option(help="Typical only if the degree is as surely at least theta; such as 0.5."),
@@ -79,7 +72,7 @@ def substitute(
     draws: Annotated[int, typer.Option(help="Of --confidence: how often what is unsure is drawn.")] = 200,
     seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
     remember: Annotated[bool, typer.Option(help="Write the answer into the knowledge base.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Rank what stands in for a missing tool, with reasons. Exit code 1: undetermined.
 
@@ -125,27 +118,19 @@ def substitute(
 @app.command()
 def ask(
     location: Location,
-    missing: Annotated[str, typer.Option(help="The missing tool's class.")],
-    available: Annotated[
-        list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
-    ] = None,
-    instance: Annotated[
-        list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")
-    ] = None,
+    missing: Missing,
+    available: Available = None,
+    instance: Instances = None,
     measured: Annotated[
         Path | None,
         typer.Option(help="What is known so far of one unknown object: JSON or TOML, may be empty."),
     ] = None,
-    graded: Annotated[
-        bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
-    ] = False,
+    graded: Graded = False,
     best: Annotated[bool, typer.Option("--best", help="Ask what tells which is the best.")] = False,
-    properties: Annotated[
-        str | None, typer.Option(help="paper, or names with commas: reason with these only.")
-    ] = None,
+    properties: Properties = None,
     draws: Annotated[int, typer.Option(help="How often what is unsure is drawn.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of these draws.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Tell what to measure before deciding on a substitute: what reduces the doubt most comes first.
 
@@ -184,7 +169,7 @@ def ground(
     concepts: Annotated[
         Path | None, typer.Option(help="The knowledge base's shape concepts, where not beside it.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Tell what an unknown object is like, and what it could stand in for.
 

@@ -5,9 +5,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from ersatz.errors import ErsatzError, ErsatzWarning
 
@@ -15,10 +13,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ersatz.knowledge.base import KnowledgeBase
-
-Location = Annotated[
-    str, typer.Argument(metavar="KB", help="household, a file, a directory or an endpoint's URL.")
-]
 
 
 def open_kb(location: str) -> "KnowledgeBase":

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ersatz.cli.app import app
-from ersatz.cli.terminal import Location, open_kb, save, say
+from ersatz.cli.options import Location
+from ersatz.cli.terminal import open_kb, save, say
 from ersatz.errors import InputError
 
 if TYPE_CHECKING:
