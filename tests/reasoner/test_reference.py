@@ -198,7 +198,7 @@ def rows_of(kb: KnowledgeBase, engine: str, query: str, **arguments: object) -> 
         graph.add(triple)
     found = graph.query(text)
     assert found.vars is not None
-    return [{str(v): row[v].toPython() for v in found.vars} for row in found]  # type: ignore
+    return [{str(v): row[v].toPython() for v in found.vars} for row in found]  # type: ignore[union-attr, index, call-overload]
 
 
 def check_sparql(kb: KnowledgeBase, world: World, engine: str, chosen: Options) -> None:
