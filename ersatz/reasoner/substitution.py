@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import ROUND_HALF_EVEN, Decimal
+from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
 from typing import Any, overload
@@ -16,7 +16,7 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Candidate, SubstitutionModel
 from ersatz.knowledge.substitutions import load_substitution, remembered, substitution_iri
 from ersatz.knowledge.substitutions import remember as write_model
-from ersatz.knowledge.terms import plain
+from ersatz.knowledge.terms import plain, proportion_text
 from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
 from ersatz.reasoner.candidates import Candidates, class_row, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
@@ -291,7 +291,7 @@ class Ranking(Sequence[Substitute]):
         found = (
             Candidate(
                 self.candidates.iris[row],
-                _rounded(int(self.numerators[row]), int(self.denominators[row])),
+                Decimal(proportion_text(int(self.numerators[row]), int(self.denominators[row]))),
                 self._accepts(self._ratio(row)),
                 named(relevant & rows[row]),
                 named(relevant & ~rows[row]),
@@ -498,11 +498,6 @@ def _recalled(
     found = Relevance(physical, functions, through, fallback=not functions)
     same = candidates.same_class
     return found, Candidates(candidates.names, candidates.iris, rows, pack(rows), candidates.rows, same)
-
-
-def _rounded(numerator: int, denominator: int) -> Decimal:
-    exact = Decimal(numerator) / Decimal(denominator)
-    return exact.quantize(Decimal("0.000001"), ROUND_HALF_EVEN)
 
 
 def _number(value: Fraction) -> str:

@@ -8,7 +8,6 @@ to 6 places; on anything else they are an error, so that the variable stays unbo
 """
 
 from collections.abc import Callable
-from decimal import ROUND_HALF_EVEN, Decimal
 from fractions import Fraction
 from functools import cache
 from typing import Final
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.queries import exact
-from ersatz.knowledge.terms import plain
+from ersatz.knowledge.terms import proportion_text
 from ersatz.knowledge.vocabulary import XSD, term
 from ersatz.measurements import Kind
 from ersatz.reasoner.candidates import perceived
@@ -155,5 +154,4 @@ def _compared(sets: QualitySets, form: Similarity, arguments: tuple[object, ...]
 
 
 def _decimal(numerator: int, denominator: int) -> ox.Literal:
-    ratio = Decimal(numerator) / Decimal(denominator)
-    return ox.Literal(plain(ratio.quantize(Decimal("0.000001"), ROUND_HALF_EVEN)), datatype=DECIMAL)
+    return ox.Literal(proportion_text(numerator, denominator), datatype=DECIMAL)

@@ -16,7 +16,8 @@ from urllib.parse import quote
 
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.queries import stored_query
-from tests.service.conftest import free_port, start
+from tests.knowledge.endpoints import free_port
+from tests.service.conftest import start
 
 CLIENTS = 50
 ROUNDS = 4

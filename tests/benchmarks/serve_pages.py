@@ -18,8 +18,9 @@ import numpy as np
 
 from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.pipeline import Settings, build
+from tests.knowledge.endpoints import free_port
 from tests.service.browser import Browser, browser
-from tests.service.conftest import free_port, start
+from tests.service.conftest import start
 
 
 def large(out: Path, classes: int) -> None:

@@ -17,6 +17,7 @@ import pytest
 from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.pipeline import Settings, build
 from tests.conftest import ROOT, TABLE
+from tests.knowledge.endpoints import free_port
 
 TOKEN = "a token of twenty-four c"
 SCRIPT = """\
@@ -70,12 +71,6 @@ class Server:
         """Ask it to end, as an operator would, and return its exit code."""
         self.process.send_signal(signal.SIGTERM)
         return self.process.wait(timeout=30)
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def start(location: str | Path, log: Path, *, patience: int = 60, **settings: object) -> Server:
