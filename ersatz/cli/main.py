@@ -11,7 +11,7 @@ from ersatz.cli.terminal import fail
 from ersatz.errors import ErsatzError, ErsatzWarning
 
 # Importing a module adds its commands, in the order of `ersatz --help`.
-from ersatz.cli import build, substitute, inspect, update, share, evaluate, figures  # noqa: F401  isort: skip
+from ersatz.cli import fetch, build, substitute, inspect, update, share, evaluate, figures  # noqa: F401  isort: skip
 
 # Typer has brought its own click since 0.20; what it raises is the parent of what it exports.
 _CLICK_ERROR: Final[Any] = next(t for t in typer.BadParameter.__mro__ if t.__name__ == "ClickException")
