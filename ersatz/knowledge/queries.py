@@ -183,6 +183,7 @@ def stored_query(name: str) -> Query:
     return Query.parse(name, (SPARQL / f"{name}.rq").read_text(encoding="utf-8"))
 
 
+@cache
 def query_names(folder: str = "") -> tuple[str, ...]:
     """Return the names of all stored questions, or of those in a folder such as "checks"."""
     found = (path.relative_to(SPARQL).with_suffix("") for path in (SPARQL / folder).rglob("*.rq"))

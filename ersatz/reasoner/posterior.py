@@ -60,7 +60,7 @@ class Posterior:
         """Return (n, q): P(m >= theta), exact."""
         return beta_above(self.alpha, self.of_property(self.alpha) - self.alpha, theta)
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those of a property add up to 1.
 
         One call for many draws gives the same numbers as several for a few.
@@ -68,7 +68,7 @@ class Posterior:
         drawn = chance.standard_gamma(self.alpha, (draws, *self.alpha.shape))
         return drawn / np.maximum(self.of_property(drawn), np.finfo(np.float64).tiny)
 
-    def foresee(self, draws: int, chance: np.random.Generator, further: float) -> NDArray[np.float64]:
+    def foresee(self, draws: int, chance: "np.random.Generator", further: float) -> NDArray[np.float64]:
         """Return (draws, n, q) degrees that would be observed with more objects, those seen among them.
 
         Parameters

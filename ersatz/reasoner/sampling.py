@@ -47,7 +47,7 @@ class Question:
     held: NDArray[np.float64]
     further: float | None = None
 
-    def degrees(self, of: Posterior, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def degrees(self, of: Posterior, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees drawn."""
         if self.further is None:
             return of.draw(draws, chance)
@@ -157,7 +157,7 @@ class _Objects:
     likely: NDArray[np.float64]
     classes: Posterior
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those drawn are 0 and 1."""
         shape = (draws, *self.held.shape)
         uniform = chance.random((draws, len(self.held), 1 + self.held.shape[1]))
