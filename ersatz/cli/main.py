@@ -2,19 +2,12 @@
 
 import sys
 import warnings
-from typing import Any, Final
 
-import typer
+import click
 
 from ersatz.cli.app import app
 from ersatz.cli.terminal import fail
 from ersatz.errors import ErsatzError, ErsatzWarning
-
-# Importing a module adds its commands, in the order of `ersatz --help`.
-from ersatz.cli import build, substitute, inspect, update, share, evaluate, figures  # noqa: F401  isort: skip
-
-# Typer has brought its own click since 0.20; what it raises is the parent of what it exports.
-_CLICK_ERROR: Final[Any] = next(t for t in typer.BadParameter.__mro__ if t.__name__ == "ClickException")
 
 
 def main() -> None:
@@ -24,12 +17,10 @@ def main() -> None:
     try:
         code = app(prog_name="ersatz", standalone_mode=False)
         sys.stdout.flush()
-    except typer.Exit as exit_:
-        code = exit_.exit_code
-    except _CLICK_ERROR as error:
+    except click.ClickException as error:
         fail(f"{error.format_message()} Try `ersatz --help`.")
         code = 2
-    except (typer.Abort, KeyboardInterrupt):
+    except (click.Abort, KeyboardInterrupt):
         code = 130
     except ErsatzError as error:
         fail(str(error))
