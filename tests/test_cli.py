@@ -23,6 +23,7 @@ def test_without_arguments_it_helps(ersatz: Shell) -> None:
 
 COMMANDS = [
     "demo",
+    "fetch",
     "build",
     "substitute",
     "ask",

@@ -9,6 +9,7 @@ from ersatz import __version__
 from ersatz.cli.completion import install_completion, show_completion
 
 MODULES: Final = {
+    "fetch": "fetch",
     "build": "build",
     "observe": "update",
     "forget": "update",

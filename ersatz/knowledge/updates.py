@@ -4,7 +4,7 @@ The knowledge of the instance, its class and the function models is read back, c
 difference between the lines of the old and the new knowledge is told in one transaction.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.names import class_iri, distinct, local_name, model_iri, snake_iri
 from ersatz.knowledge.queries import Answer, Value, exact, stored_query
 from ersatz.knowledge.substitutions import all_substitution_lines
-from ersatz.knowledge.terms import millionths
+from ersatz.knowledge.terms import english, millionths
 from ersatz.knowledge.writer import (
     class_knowledge,
     function_knowledge,
@@ -207,6 +207,9 @@ def _read_instance(kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, .
             )
         return None
     instance, label = str(known[0]["name"]), str(known[0]["className"])
+    for row in known:
+        _refuse_renamed(iri, str(row["name"]), snake_iri)
+        _refuse_renamed(str(row["class"]), str(row["className"]), class_iri)
     properties = {snake_iri(quality.property.name): quality.property for quality in qualities}
     vectors: dict[tuple[str, str], dict[Value, float]] = {}
     notes: dict[tuple[str, str], tuple[Origin, Source]] = {}
@@ -231,12 +234,15 @@ def _replace(
     """Count and write the difference between two states of one instance."""
     some = new or old
     assert some is not None
-    for row in _row(kb, "class", class_iri(some.classes[0])):
-        if row["name"] != some.classes[0]:
-            raise InputError(
-                f"class {some.classes[0]!r} would be called like class {row['name']!r}: use that name"
-            )
-    before = read_counts(kb, qualities, some.classes[0])
+    label = some.classes[0]
+    for row in _row(kb, "class", class_iri(label)):
+        _refuse_renamed(class_iri(label), name := str(row["name"]), class_iri)
+        if name != label:
+            raise InputError(f"class {label!r} would be called like class {name!r}: use that name")
+    labelled = f"{v.LABEL} {english(label)}"
+    for row in kb.query(f"SELECT ?class {{ ?model {v.DESCRIBES_CLASS} ?class . ?class {labelled} }}"):
+        _refuse_renamed(str(row["class"]), label, class_iri)
+    before = read_counts(kb, qualities, label)
     after = before
     remove = list(outdated)
     add: list[str] = []
@@ -291,6 +297,15 @@ def _refuse_taken(kb: "KnowledgeBase", new: Measurements, after: Counts, old: Me
     for iri, name in wanted.items():
         if kb.query(f"ASK {{ <{iri}> a ?type }}")[0]["answer"]:
             raise InputError(f"{name!r} would be called {local_name(iri)!r}, which is taken: rename it")
+
+
+def _refuse_renamed(iri: str, label: str, named: Callable[[str], str]) -> None:
+    """Raise if a label is not the one an IRI was made of: what is to be removed could not be found by it."""
+    if named(label) != iri:
+        raise InputError(
+            f"{local_name(iri)!r} has been given the label {label!r}, of which {local_name(named(label))!r} "
+            "would be made: give it back its one English rdfs:label, and say other names as skos:altLabel"
+        )
 
 
 def _vector(name: str, value: Any) -> NDArray[np.float64]:

@@ -138,6 +138,7 @@ def shipped(quick: bool) -> list[Row]:
         rounds=5 if quick else 50,
         repeat=20,
         clock=time.process_time,
+        limit=200e-6,
     )
 
 

@@ -84,6 +84,7 @@ def _process(folder: Path, rounds: int) -> list[Row]:
             Rival("python -c pass", empty, note="nothing done"),
         ],
         rounds,
+        limit=0.6,
     )
 
 
