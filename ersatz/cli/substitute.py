@@ -7,7 +7,6 @@ import click
 
 from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json, save
-from ersatz.cli.update import read_values
 
 
 @click.command()
@@ -148,6 +147,7 @@ def ask(
     Example: ersatz ask household --missing tray --measured object.toml
     """
     kb = open_kb(location)
+    from ersatz.cli.update import read_values
     from ersatz.knowledge.updates import qualities_of
     from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.gain import Doubt
