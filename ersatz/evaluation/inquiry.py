@@ -15,7 +15,7 @@ import numpy as np
 from ersatz.reasoner.gain import Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
 
-DRAWS: Final = 200
+DRAWS: Final = 100
 
 SURE: Final = 0.9
 """Enough to stop."""
@@ -129,7 +129,7 @@ class Inquiry:
         }
 
 
-def inquire(cases: Sequence[Case], repetitions: int = 2, seed: int = 0) -> Inquiry:
+def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0) -> Inquiry:
     """Make all measurements of every case, in the order asked for and in random order."""
     chance = np.random.default_rng(seed)
     asked, random = [], []

@@ -5,7 +5,7 @@ best, or one object stands in or not.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -75,50 +75,38 @@ class ClassesCase:
     settings : ReasonerSettings
     rows : tuple of int
         The tool and the candidates.
-    parts : tuple of (o, q) int64 arrays
-        Degrees held by the objects of each, in millionths, in the order in which they are met.
+    met : mapping of Slot to (o, k) int64 array
+        What the first, the first two, ... of the objects that have a value of the property hold together
+        of its k qualities, in millionths.
+    columns : mapping of property to (k,) int64 array
+        Its qualities.
     about : Doubt
     """
 
     known: Knowledge
     settings: ReasonerSettings
     rows: tuple[int, ...]
-    parts: tuple[NDArray[np.int64], ...]
+    met: Mapping[Slot, NDArray[np.int64]]
+    columns: Mapping[str, NDArray[np.int64]]
     about: Doubt = Doubt.BEST
 
     @property
     def slots(self) -> Counter[Slot]:
         """Every property of all objects but the first that has a value of it."""
-        return Counter(
-            {
-                (at - 1 if at else None, name): len(self._having(at, of)) - 1
-                for name, of in self._columns().items()
-                for at in range(len(self.rows))
-                if len(self._having(at, of)) > 1
-            }
-        )
+        return Counter({slot: len(sums) - 1 for slot, sums in self.met.items() if len(sums) > 1})
 
     def ask(self, measured: Counter[Slot]) -> Question:
         """Return the question with what was measured of the classes."""
         counts, further = self.known.classes.counts.copy(), np.zeros_like(self.known.classes.counts)
-        for at, row in enumerate(self.rows):
-            for name, of in self._columns().items():
-                having = self._having(at, of)
-                some = having[: 1 + measured[at - 1 if at else None, name]]
-                counts[row, of] = self.parts[at][np.ix_(some, of)].sum(axis=0)
-                further[row, of] = len(having) - len(some)
+        for (who, name), sums in self.met.items():
+            row, of = self.rows[0 if who is None else who + 1], self.columns[name]
+            if len(sums):
+                counts[row, of] = sums[measured[who, name]]
+                further[row, of] = len(sums) - 1 - measured[who, name]
         known = replace(self.known, classes=replace(self.known.classes, counts=counts))
         rows = np.array(self.rows[1:])
         held = np.zeros((len(rows), counts.shape[1]))
         return Question(known, self.settings, self.rows[0], rows, held, further)
-
-    def _columns(self) -> dict[str, NDArray[np.int64]]:
-        names = np.array([quality.property for quality in self.known.qualities])
-        return {name: np.flatnonzero(names == name) for name in sorted(set(names.tolist()))}
-
-    def _having(self, at: int, of: NDArray[np.int64]) -> NDArray[np.int64]:
-        found: NDArray[np.int64] = np.flatnonzero(self.parts[at][:, of].any(axis=1))
-        return found
 
 
 def unknown_object(
@@ -141,11 +129,18 @@ def unknown_classes(
     """Draw cases of classes known from one object each, of which one is the best."""
     known, chance = reground(objects, qualities), np.random.default_rng(seed)
     degrees = held_degrees(objects, qualities)
+    names = np.array([quality.property for quality in known.qualities])
+    columns = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
 
     def draw() -> Case:
         rows = chance.choice(len(objects.classes), min(1 + AVAILABLE, len(objects.classes)), replace=False)
-        parts = tuple(chance.permutation(degrees[objects.of_class == row]) for row in rows)
-        return ClassesCase(known, settings, tuple(rows.tolist()), parts)
+        met: dict[Slot, NDArray[np.int64]] = {}
+        for at, row in enumerate(rows.tolist()):
+            part = chance.permutation(degrees[objects.of_class == row])
+            for name, of in columns.items():
+                held = part[:, of]
+                met[at - 1 if at else None, name] = held[held.any(axis=1)].cumsum(axis=0)
+        return ClassesCase(known, settings, tuple(rows.tolist()), met, columns)
 
     return _clear(draw, number)
 
