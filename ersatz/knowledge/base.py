@@ -21,6 +21,7 @@ from ersatz.knowledge.queries import (
     stored_query,
     value_of,
 )
+from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
@@ -32,7 +33,6 @@ from ersatz.knowledge.stores import (
     load_own,
     one_line,
 )
-from ersatz.knowledge.writer import revision_line, revision_of
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 

@@ -22,8 +22,6 @@ from ersatz.errors import InputError, KnowledgeBaseError, LockedError
 from ersatz.knowledge import shelf
 from ersatz.knowledge import vocabulary as v
 
-_BUILD: Final = ox.NamedNode(f"{v.KB}build_1")
-
 Results: TypeAlias = ox.QuerySolutions | ox.QueryBoolean | ox.QueryTriples
 
 FORMATS: Final = {
@@ -258,7 +256,7 @@ def _publish(engine: ox.Store, path: Path) -> Path:
     numbers = [int(p.name) for p in snapshots.iterdir() if p.name.isdigit()]
     newest = snapshots / f"{max(numbers, default=0) + 1:08d}"
     engine.backup(str(newest))
-    stated = next(engine.quads_for_pattern(_BUILD, v.REVISION, None), None)
+    stated = next(engine.quads_for_pattern(v.BUILD, v.REVISION, None), None)
     if stated is not None and current.exists() and unpublished.exists():
         changed = unpublished.read_text(encoding="utf-8").split()
         revision = str(stated.object).strip('"')

@@ -35,7 +35,7 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
         (v.PHI, decimal(finite(model.phi))),
         (v.SETTINGS, text(model.settings)),
         (v.REVISION, text(model.revision)),
-        (v.WAS_GENERATED_BY, iri(f"{v.KB}build_1")),
+        (v.WAS_GENERATED_BY, v.BUILD),
     ):
         yield f"{subject} {predicate} {value} .\n"
     if model.drawing:

@@ -114,7 +114,13 @@ def iri(value: str) -> str:
     return str(NamedNode(value))
 
 
-def individual(subject: str, type_: object, label: str) -> Iterator[str]:
+def statements(subject: object, *pairs: tuple[object, object]) -> Iterator[str]:
+    """Yield one triple for each pair of a predicate and its value."""
+    for predicate, value in pairs:
+        yield f"{subject} {predicate} {value} .\n"
+
+
+def individual(subject: object, type_: object, label: str) -> Iterator[str]:
     """Yield what is said of every named thing: that it is an individual, its type, its English label."""
     yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
     yield f"{subject} {_TYPE} {type_} .\n"

@@ -17,17 +17,14 @@ from ersatz.grounding.conceptualization import Counts, conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.builds import source_lines
+from ersatz.knowledge.instances import instance_knowledge
+from ersatz.knowledge.memberships import class_knowledge, function_knowledge
 from ersatz.knowledge.names import class_iri, distinct, local_name, model_iri, snake_iri
 from ersatz.knowledge.queries import Answer, Value, exact, stored_query
 from ersatz.knowledge.substitutions import all_substitution_lines
 from ersatz.knowledge.terms import english, millionths
-from ersatz.knowledge.writer import (
-    class_knowledge,
-    function_knowledge,
-    instance_knowledge,
-    named,
-    source_lines,
-)
+from ersatz.knowledge.writer import named
 from ersatz.measurements import DIGITS, Block, Kind, Measurements, Origin, Property, Source
 
 if TYPE_CHECKING:

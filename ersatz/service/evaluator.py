@@ -9,7 +9,7 @@ import pyoxigraph as ox
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.stores import Store
-from ersatz.knowledge.vocabulary import KB_ONTOLOGY, REVISION
+from ersatz.knowledge.vocabulary import BUILD, KB_ONTOLOGY, REVISION
 from ersatz.resources import ONTOLOGY
 from ersatz.service.frames import DATA, END, KIND, REFUSED, Job, frame
 from ersatz.service.functions import Function, similarity_functions
@@ -146,7 +146,7 @@ def _about(engine: ox.Store, node: ox.NamedNode) -> Iterator[ox.Triple]:
 
 def _lines(engine: ox.Store) -> Iterator[str]:
     for quad in engine:
-        if quad.predicate != REVISION or not str(quad.subject).endswith("build_1>"):
+        if quad.predicate != REVISION or quad.subject != BUILD:
             yield f"{quad.subject} {quad.predicate} {quad.object} .\n"
 
 
