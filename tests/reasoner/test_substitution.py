@@ -228,7 +228,7 @@ def test_forgetting_takes_remembered_answers_away_and_nothing_else(kb: Knowledge
 
 
 def test_answers_are_remembered_for_classes_in_any_script() -> None:
-    """Not every class begins with a capital letter: some scripts have none, and some names begin with digits."""
+    """Some scripts have no capital letters, and some names begin with digits."""
     kb = make({"one": ("杯子", TRAY), "two": ("7up can", TRAY), "three": ("plate", TRAY)})
     for tool in ("杯子", "7up can"):
         first = rank_substitutes(kb, tool, instances=["two"], remember=True)
