@@ -11,7 +11,7 @@ with one name are an error where they meet (`distinct`).
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 from ersatz.errors import InputError
@@ -68,6 +68,15 @@ def distinct(named: Iterable[tuple[str, str]]) -> None:
             raise InputError(
                 f"{seen[iri]} and {thing} would both be called {local_name(iri)!r}: rename one of them"
             )
+
+
+def refuse_renamed(iri: str, label: str, named: Callable[[str], str]) -> None:
+    """Raise if a label is not the one an IRI was made of: what is to be removed could not be found by it."""
+    if named(label) != iri:
+        raise InputError(
+            f"{local_name(iri)!r} has been given the label {label!r}, of which {local_name(named(label))!r} "
+            "would be made: give it back its one English rdfs:label, and say other names as skos:altLabel"
+        )
 
 
 def _words(label: str) -> list[str]:
