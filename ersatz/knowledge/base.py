@@ -9,6 +9,7 @@ import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.directory import DirectoryStore, is_directory_store
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
 from ersatz.knowledge.paragraphs import batched
@@ -24,12 +25,11 @@ from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
-    DirectoryStore,
     MemoryStore,
     Results,
     Store,
     format_of,
-    is_directory_store,
+    lines_of,
     load_own,
     one_line,
 )
@@ -450,7 +450,7 @@ def write(triples: Iterable[ox.Triple], target: Path) -> None:
         except PermissionError as error:
             raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
     else:
-        DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
+        DirectoryStore.create(target, _pieces(lines_of(triples)))
 
 
 def _graph(kb: KnowledgeBase) -> "rdflib.Graph":
