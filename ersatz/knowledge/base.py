@@ -29,10 +29,10 @@ from ersatz.knowledge.stores import (
     Results,
     Store,
     format_of,
-    lines_of,
     load_own,
     one_line,
 )
+from ersatz.knowledge.terms import lines_of
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 

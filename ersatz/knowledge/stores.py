@@ -6,7 +6,7 @@ terms. Nothing here knows what the triples mean.
 
 import gzip
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
@@ -120,9 +120,3 @@ def load_own(engine: ox.Store, lines: bytes) -> None:
 def one_line(error: object) -> str:
     """Return the beginning of a message as one line."""
     return " ".join(str(error).split())[:300]
-
-
-def lines_of(triples: Iterable[ox.Triple]) -> Iterator[str]:
-    """Yield triples as lines of N-Triples."""
-    for triple in triples:
-        yield f"{triple.subject} {triple.predicate} {triple.object} .\n"
