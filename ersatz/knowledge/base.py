@@ -9,24 +9,17 @@ import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.answers import Answer, answer_of
 from ersatz.knowledge.directory import DirectoryStore, is_directory_store
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
 from ersatz.knowledge.paragraphs import batched
-from ersatz.knowledge.queries import (
-    Answer,
-    Argument,
-    Query,
-    refuse_foreign_access,
-    stored_query,
-    value_of,
-)
+from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, stored_query
 from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
     MemoryStore,
-    Results,
     Store,
     format_of,
     load_own,
@@ -215,7 +208,7 @@ class KnowledgeBase:
         """
         refuse_foreign_access(text)
         try:
-            return _answer(self._store.query(text))
+            return answer_of(self._store.query(text))
         except SyntaxError as error:
             raise InputError(f"not a valid SPARQL query: {' '.join(str(error).split())}") from None
         except RuntimeError as error:
@@ -509,14 +502,3 @@ def _is_a(types: set[str], kind: str) -> bool:
     if kind == "instance":
         return any(not one.startswith((v.ERSATZ, v.OWL)) for one in types)
     return bool(types & _TYPES_OF[kind])
-
-
-def _answer(results: Results) -> Answer:
-    if isinstance(results, ox.QueryBoolean):
-        return Answer(("answer",), ((bool(results),),))
-    if isinstance(results, ox.QueryTriples):
-        triples = tuple(results)
-        rows = tuple((value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in triples)
-        return Answer(("subject", "predicate", "object"), rows, triples)
-    variables = tuple(variable.value for variable in results.variables)
-    return Answer(variables, tuple(tuple(value_of(term) for term in solution) for solution in results))

@@ -11,8 +11,9 @@ from ersatz.errors import InputError
 from ersatz.grounding.conceptualization import Counts
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.answers import Answer, Value
 from ersatz.knowledge.names import class_iri, local_name, refuse_renamed, snake_iri
-from ersatz.knowledge.queries import Answer, Value, stored_query
+from ersatz.knowledge.queries import stored_query
 from ersatz.knowledge.terms import millionths
 from ersatz.measurements import Block, Kind, Measurements, Origin, Property, Source
 
