@@ -17,6 +17,9 @@ from functools import lru_cache
 from ersatz.errors import InputError
 from ersatz.knowledge.vocabulary import KB
 
+_SELECTOR = re.compile("[\U000e0100-\U000e01ef]")
+"""Marks that choose a variant of a glyph: the only letters, marks and digits an IRI cannot have."""
+
 
 @lru_cache(maxsize=1 << 14)
 def class_name(label: str) -> str:
@@ -80,7 +83,8 @@ def refuse_renamed(iri: str, label: str, named: Callable[[str], str]) -> None:
 
 
 def _words(label: str) -> list[str]:
-    kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in _normal(label))
+    plain = _SELECTOR.sub("", _normal(label))
+    kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in plain)
     words = [word for word in "".join(kept).split() if any(map(str.isalnum, word))]
     if not words:
         raise InputError(f"{label!r} cannot be a name: it has neither letter nor digit")
