@@ -10,9 +10,10 @@ import pytest
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.evaluation.agreement import METRICS
 from ersatz.evaluation.analysis import CAUSES
-from ersatz.evaluation.experiment import NESTED, Results, run
+from ersatz.evaluation.experiment import NESTED, run
 from ersatz.evaluation.report import markdown_table, write, write_tables
 from ersatz.evaluation.resampling import read_values, resampled, to_blocks
+from ersatz.evaluation.results import Results
 from ersatz.evaluation.scenarios import Scenario, load_scenarios
 from ersatz.evaluation.sweeps import over_objects
 from ersatz.knowledge.base import KnowledgeBase
