@@ -10,8 +10,7 @@ from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.models import Candidate, Chances, Drawing, SubstitutionModel
 from ersatz.knowledge.names import local_name, snake_iri, snake_name
 from ersatz.knowledge.queries import exact
-from ersatz.knowledge.stores import lines_of
-from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, text
+from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, lines_of, text
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
