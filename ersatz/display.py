@@ -8,10 +8,11 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ersatz.knowledge.answers import Answer, Value
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
-from ersatz.knowledge.queries import Answer, Query, Value
+from ersatz.knowledge.queries import Query
 from ersatz.knowledge.terms import rough_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
@@ -95,11 +96,11 @@ def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
     if not wishes.wishes:
         console.print("No measurement is expected to change the decision.")
         return
-    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
+    asked = Table("measure", "of", "known from", "variance less by", box=None, pad_edge=False)
     for wish in wishes.wishes[:most]:
         of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
         known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
-        asked.add_row(wish.property, escape(of), known, f"{wish.gain:.3f} bits")
+        asked.add_row(wish.property, escape(of), known, f"{wish.gain:.1%}")
     console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
     console.print(asked, highlight=False)
 

@@ -29,11 +29,13 @@ from ersatz.grounding.subcategorization import Qualities, SubcategorizationSetti
 from ersatz.grounding.summaries import summarize
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge.base import KnowledgeBase, check_target
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.names import distinct
 from ersatz.knowledge.queries import exact
+from ersatz.knowledge.reader import read_qualities
 from ersatz.knowledge.terms import finite, plain
-from ersatz.knowledge.updates import read_qualities
-from ersatz.knowledge.writer import BuildRecord, instance_knowledge, knowledge, named
+from ersatz.knowledge.writer import knowledge, named
 from ersatz.measurements import DIGITS, Block, Measurements, Source
 from ersatz.reasoner.recognition import Likeness, Role, nearest_classes, possible_roles
 from ersatz.reasoner.relevance import ReasonerSettings

@@ -2,32 +2,30 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from ersatz.cli.app import app
+from ersatz.cli.options import PATH
 from ersatz.cli.terminal import console, progress, say
 from ersatz.errors import InputError
 
 
-@app.command()
+@click.command()
+@click.argument("data_set", metavar="washington|ycb", required=False, help="The data set.")
+@click.argument("folder", metavar="DIR", type=PATH, required=False, help="Folder to fetch it to.")
+@click.option("--class", "classes", multiple=True, help="Only the objects of this class; repeatable.")
+@click.option("--object", "objects", multiple=True, help="Only this object, such as bowl_1; repeatable.")
+@click.option("--url", help="A mirror's folder; without it, the publisher's own.")
+@click.option("--unpack/--no-unpack", default=True, help="Unpack the archives beside themselves.")
+@click.option("--list", "overview", is_flag=True, help="Say what there is, and whom to cite; fetch nothing.")
 def fetch(
-    data_set: Annotated[str | None, typer.Argument(metavar="washington|ycb", help="The data set.")] = None,
-    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="Folder to fetch it to.")] = None,
-    class_: Annotated[
-        list[str] | None, typer.Option("--class", help="Only the objects of this class; repeatable.")
-    ] = None,
-    object_: Annotated[
-        list[str] | None, typer.Option("--object", help="Only this object, such as bowl_1; repeatable.")
-    ] = None,
-    url: Annotated[
-        str | None, typer.Option(help="A mirror's folder; without it, the publisher's own.")
-    ] = None,
-    unpack: Annotated[bool, typer.Option(help="Unpack the archives beside themselves.")] = True,
-    overview: Annotated[
-        bool, typer.Option("--list", help="Say what there is, and whom to cite; fetch nothing.")
-    ] = False,
+    data_set: str | None,
+    folder: Path | None,
+    classes: tuple[str, ...],
+    objects: tuple[str, ...],
+    url: str | None,
+    unpack: bool,
+    overview: bool,
 ) -> None:
     """Fetch scans of a public data set; what is there is checked, what broke off goes on.
 
@@ -46,7 +44,7 @@ def fetch(
             "name a data set and a folder, as in `ersatz fetch ycb scans`; --list says what there is"
         )
     data = known(data_set)
-    files = data.files(class_ or (), object_ or ())
+    files = data.files(classes, objects)
     with progress() as report:
 
         def tell(file: str, have: int, total: int) -> None:

@@ -9,30 +9,24 @@ import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.answers import Answer, answer_of
+from ersatz.knowledge.directory import DirectoryStore, is_directory_store
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.opening import SHIPPED, open_store
 from ersatz.knowledge.paragraphs import batched
-from ersatz.knowledge.queries import (
-    Answer,
-    Argument,
-    Query,
-    refuse_foreign_access,
-    stored_query,
-    value_of,
-)
+from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, stored_query
+from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
-    DirectoryStore,
     MemoryStore,
-    Results,
     Store,
     format_of,
-    is_directory_store,
     load_own,
     one_line,
 )
-from ersatz.knowledge.writer import revision_line, revision_of
+from ersatz.knowledge.terms import lines_of
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 
@@ -40,9 +34,6 @@ if TYPE_CHECKING:
     import rdflib
 
 T = TypeVar("T")
-
-SHIPPED: Final = ("household",)
-"""Names of knowledge bases that come with ERSATZ."""
 
 PIECE: Final = 100_000
 """Triples that are loaded at once: more need more memory, fewer make the engine sort more files."""
@@ -129,24 +120,7 @@ class KnowledgeBase:
         KnowledgeBaseError
             If there is nothing, it is damaged, or it is no knowledge base of this format.
         """
-        name = str(location)
-        if name.startswith(("http://", "https://")):
-            from ersatz.knowledge.remote import RemoteStore
-
-            return cls(RemoteStore(name, update))
-        path = ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(location)
-        if path.is_dir():
-            if is_directory_store(path):
-                return cls(DirectoryStore(path))
-            raise KnowledgeBaseError(
-                f"{name!r} is a directory, but no knowledge base: name one made by `ersatz build`"
-            )
-        if not path.exists() and format_of(path) is None:
-            raise KnowledgeBaseError(
-                f"there is no knowledge base {name!r}: give {' or '.join(map(repr, SHIPPED))}, a file "
-                f"({', '.join(FORMATS)}), a directory or a URL"
-            )
-        return cls(MemoryStore.read(path))
+        return cls(open_store(location, update))
 
     @classmethod
     def create(cls, lines: Iterable[str], path: Path | None = None) -> "KnowledgeBase":
@@ -215,7 +189,7 @@ class KnowledgeBase:
         """
         refuse_foreign_access(text)
         try:
-            return _answer(self._store.query(text))
+            return answer_of(self._store.query(text))
         except SyntaxError as error:
             raise InputError(f"not a valid SPARQL query: {' '.join(str(error).split())}") from None
         except RuntimeError as error:
@@ -450,7 +424,7 @@ def write(triples: Iterable[ox.Triple], target: Path) -> None:
         except PermissionError as error:
             raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
     else:
-        DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
+        DirectoryStore.create(target, _pieces(lines_of(triples)))
 
 
 def _graph(kb: KnowledgeBase) -> "rdflib.Graph":
@@ -509,14 +483,3 @@ def _is_a(types: set[str], kind: str) -> bool:
     if kind == "instance":
         return any(not one.startswith((v.ERSATZ, v.OWL)) for one in types)
     return bool(types & _TYPES_OF[kind])
-
-
-def _answer(results: Results) -> Answer:
-    if isinstance(results, ox.QueryBoolean):
-        return Answer(("answer",), ((bool(results),),))
-    if isinstance(results, ox.QueryTriples):
-        triples = tuple(results)
-        rows = tuple((value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in triples)
-        return Answer(("subject", "predicate", "object"), rows, triples)
-    variables = tuple(variable.value for variable in results.variables)
-    return Answer(variables, tuple(tuple(value_of(term) for term in solution) for solution in results))

@@ -11,8 +11,9 @@ from rdflib.graph import ModificationException, UnSupportedAggregateOperation
 from rdflib.term import Node
 
 from ersatz.errors import InputError
-from ersatz.knowledge.base import SHIPPED, KnowledgeBase
-from ersatz.knowledge.writer import revision_of
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.opening import SHIPPED
+from ersatz.knowledge.revision import revision_of
 from ersatz.reasoner.substitution import rank_substitutes
 from ersatz.resources import ONTOLOGY
 from tests.knowledge.tools import assert_whole, lines_of, small

@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import ErsatzError
+from ersatz.errors import ErsatzError, InputError
 from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge.models import SubstitutionModel
+from ersatz.knowledge.reader import read_qualities
 from ersatz.knowledge.substitutions import remember, substitution_iri
-from ersatz.knowledge.updates import observe_blocks, read_qualities
+from ersatz.knowledge.updates import observe_blocks
+from ersatz.knowledge.vocabulary import KB, LABEL
 from ersatz.measurements import Kind
 from tests.knowledge.tools import (
     RIGIDITY,
@@ -91,6 +93,26 @@ def test_all_can_be_forgotten_and_learned_again(fuzzifier: float) -> None:
     for row in reversed(ROWS):
         observe_blocks(kb, row[1], row[2], blocks([row]))
     assert (facts_of(kb), kb.revision) == (facts, revision)
+
+
+@pytest.mark.parametrize(
+    ("name", "label"), [("Tray", "serving tray"), ("tray_1", "the old tray")], ids=["class", "instance"]
+)
+@pytest.mark.parametrize("beside", [False, True], ids=["instead", "beside"])
+def test_what_was_renamed_by_hand_is_not_torn(name: str, label: str, beside: bool) -> None:
+    kb = small()
+    subject = f"<{KB}{name}> {LABEL}"
+    was = kb.query(f"SELECT ?label {{ {subject} ?label }}")[0]["label"]
+    kb.tell([] if beside else [f'{subject} "{was}"@en .\n'], [f'{subject} "{label}"@en .\n'])
+    facts = facts_of(kb)
+    object_class = label if name == "Tray" else "tray"
+    refused = f"'{name}' has been given the label '{label}'"
+    with pytest.raises(InputError, match=refused):
+        kb.forget("tray_1")
+    for instance in ("tray 1", "tray 9") if name == "Tray" else ("tray 1",):
+        with pytest.raises(InputError, match=refused):
+            kb.observe(object_class, instance, {"weight": 1.0})
+    assert facts_of(kb) == facts
 
 
 @pytest.mark.parametrize(
