@@ -8,10 +8,11 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ersatz.knowledge.answers import Answer, Value
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
-from ersatz.knowledge.queries import Answer, Query, Value
+from ersatz.knowledge.queries import Query
 from ersatz.knowledge.terms import rough_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model

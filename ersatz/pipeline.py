@@ -33,8 +33,8 @@ from ersatz.knowledge.builds import BuildRecord
 from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.names import distinct
 from ersatz.knowledge.queries import exact
+from ersatz.knowledge.reader import read_qualities
 from ersatz.knowledge.terms import finite, plain
-from ersatz.knowledge.updates import read_qualities
 from ersatz.knowledge.writer import knowledge, named
 from ersatz.measurements import DIGITS, Block, Measurements, Source
 from ersatz.reasoner.recognition import Likeness, Role, nearest_classes, possible_roles

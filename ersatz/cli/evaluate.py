@@ -36,7 +36,7 @@ def evaluate(
     """
     from ersatz.evaluation.experiment import run
     from ersatz.evaluation.report import markdown_table, write
-    from ersatz.evaluation.scenarios import load_scenarios
+    from ersatz.evaluation.scenario_files import load_scenarios
     from ersatz.evaluation.survey import add_votes
     from ersatz.pipeline import ground_blocks
 
@@ -67,7 +67,8 @@ def scenarios(location: str, out: Path, candidates: int, seed: int) -> None:
 
     Example: ersatz scenarios household queries.csv
     """
-    from ersatz.evaluation.scenarios import generate, save_scenarios
+    from ersatz.evaluation.scenario_files import save_scenarios
+    from ersatz.evaluation.scenarios import generate
 
     drawn = generate(open_kb(location).known_names("class"), candidates, seed)
     save_scenarios(drawn, out)
@@ -87,7 +88,8 @@ def survey(location: str, scenarios: str, out: Path, pictures: Path | None, host
     Example: ersatz survey household benchmark --out votes.csv
     """
     from ersatz.evaluation.pictures import find_scans
-    from ersatz.evaluation.scenarios import check_names, load_scenarios
+    from ersatz.evaluation.scenario_files import load_scenarios
+    from ersatz.evaluation.scenarios import check_names
     from ersatz.evaluation.survey import Survey, VoteFile
     from ersatz.service.survey_pages import create_survey_app, serve_survey
 

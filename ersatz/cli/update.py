@@ -78,6 +78,6 @@ def read_values(path: Path, *, some: bool = True) -> dict[str, Any]:
 
 def _table_of(kb: "KnowledgeBase", path: Path) -> "list[Block]":
     from ersatz.acquisition.tables import read_table
-    from ersatz.knowledge.updates import read_qualities
+    from ersatz.knowledge.reader import read_qualities
 
     return read_table(path, {q.property.name: q.property for q in read_qualities(kb)})

@@ -13,8 +13,8 @@ import numpy as np
 from ersatz.errors import MissingDependencyError
 from ersatz.evaluation.agreement import HEADINGS
 from ersatz.evaluation.calibration import Calibration
-from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.heat_maps import heat_maps
+from ersatz.evaluation.results import Results, Standing
 from ersatz.evaluation.sweeps import SHOWN
 
 if TYPE_CHECKING:

@@ -9,30 +9,24 @@ import pyoxigraph as ox
 
 from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.answers import Answer, answer_of
+from ersatz.knowledge.directory import DirectoryStore
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
 from ersatz.knowledge.opening import SHIPPED, open_store
 from ersatz.knowledge.paragraphs import batched
-from ersatz.knowledge.queries import (
-    Answer,
-    Argument,
-    Query,
-    refuse_foreign_access,
-    stored_query,
-    value_of,
-)
+from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, stored_query
 from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.shelf import subjects
 from ersatz.knowledge.stores import (
     FORMATS,
-    DirectoryStore,
     MemoryStore,
-    Results,
     Store,
     format_of,
     load_own,
     one_line,
 )
+from ersatz.knowledge.terms import lines_of
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 
@@ -195,7 +189,7 @@ class KnowledgeBase:
         """
         refuse_foreign_access(text)
         try:
-            return _answer(self._store.query(text))
+            return answer_of(self._store.query(text))
         except SyntaxError as error:
             raise InputError(f"not a valid SPARQL query: {' '.join(str(error).split())}") from None
         except RuntimeError as error:
@@ -430,7 +424,7 @@ def write(triples: Iterable[ox.Triple], target: Path) -> None:
         except PermissionError as error:
             raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
     else:
-        DirectoryStore.create(target, _pieces(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples))
+        DirectoryStore.create(target, _pieces(lines_of(triples)))
 
 
 def _graph(kb: KnowledgeBase) -> "rdflib.Graph":
@@ -489,14 +483,3 @@ def _is_a(types: set[str], kind: str) -> bool:
     if kind == "instance":
         return any(not one.startswith((v.ERSATZ, v.OWL)) for one in types)
     return bool(types & _TYPES_OF[kind])
-
-
-def _answer(results: Results) -> Answer:
-    if isinstance(results, ox.QueryBoolean):
-        return Answer(("answer",), ((bool(results),),))
-    if isinstance(results, ox.QueryTriples):
-        triples = tuple(results)
-        rows = tuple((value_of(t.subject), value_of(t.predicate), value_of(t.object)) for t in triples)
-        return Answer(("subject", "predicate", "object"), rows, triples)
-    variables = tuple(variable.value for variable in results.variables)
-    return Answer(variables, tuple(tuple(value_of(term) for term in solution) for solution in results))

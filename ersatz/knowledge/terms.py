@@ -1,11 +1,11 @@
 """Terms as RDF writes them: canonical, so that equal values are equal text in every store."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import lru_cache
 
-from pyoxigraph import Literal, NamedNode
+from pyoxigraph import Literal, NamedNode, Quad, Triple
 
 from ersatz.errors import InputError
 from ersatz.grounding.fuzzy import DEGREE
@@ -112,6 +112,12 @@ def english(value: str) -> str:
 def iri(value: str) -> str:
     """Return an IRI in N-Triples; one that is not valid raises ValueError."""
     return str(NamedNode(value))
+
+
+def lines_of(triples: Iterable[Triple | Quad]) -> Iterator[str]:
+    """Yield triples as lines of N-Triples; of quads, what they say in their graph."""
+    for triple in triples:
+        yield f"{triple.subject} {triple.predicate} {triple.object} .\n"
 
 
 def statements(subject: object, *pairs: tuple[object, object]) -> Iterator[str]:

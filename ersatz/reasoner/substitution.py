@@ -294,6 +294,7 @@ class Ranking(Sequence[Substitute]):
         found = (
             Candidate(
                 self.candidates.iris[row],
+                bool(self.candidates.rows[row] >= 0),
                 Decimal(proportion_text(int(self.numerators[row]), int(self.denominators[row]))),
                 self._accepts(self._ratio(row)),
                 named(relevant & rows[row]),

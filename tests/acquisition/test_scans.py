@@ -12,8 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ersatz.acquisition import depth_images, layouts
-from ersatz.acquisition.camera import CameraSettings, Intrinsics
+from ersatz.acquisition.camera import CameraSettings
 from ersatz.acquisition.cloud_files import read_cloud
+from ersatz.acquisition.depth_sensor import Intrinsics
 from ersatz.acquisition.extras import open3d
 from ersatz.acquisition.layouts import FolderSettings, iter_scans, list_scans, select_paper
 from ersatz.acquisition.parametric import box, tumbler

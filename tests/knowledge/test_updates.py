@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from ersatz.errors import ErsatzError, InputError
 from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge.models import SubstitutionModel
+from ersatz.knowledge.reader import read_qualities
 from ersatz.knowledge.substitutions import remember, substitution_iri
-from ersatz.knowledge.updates import observe_blocks, read_qualities
+from ersatz.knowledge.updates import observe_blocks
 from ersatz.knowledge.vocabulary import KB, LABEL
 from ersatz.measurements import Kind
 from tests.knowledge.tools import (
