@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import KnowledgeBaseError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import exact, stored_query
