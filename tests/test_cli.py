@@ -24,6 +24,7 @@ def test_without_arguments_it_helps(ersatz: Shell) -> None:
 COMMANDS = [
     "demo",
     "fetch",
+    "fetch",
     "build",
     "substitute",
     "ask",

@@ -20,9 +20,9 @@ def show(location: str, name: str | None) -> None:
 
     Example: ersatz show household "coffee mug"
     """
+    kb = open_kb(location)
     from ersatz.display import show_knowledge, show_thing
 
-    kb = open_kb(location)
     if name is None:
         show_knowledge(console(), kb)
     else:
@@ -45,10 +45,10 @@ def query(location: str, name: str | None, param: tuple[str, ...], as_format: st
 
     Example: ersatz query household class_knowledge --param class=tray
     """
+    kb = open_kb(location)
     from ersatz.display import show_questions
     from ersatz.knowledge.queries import query_names, read_query, stored_query
 
-    kb = open_kb(location)
     if name is None:
         show_questions(console(), [stored_query(one) for one in query_names() if "/" not in one])
         return
@@ -83,7 +83,7 @@ def check(location: str, reason: bool, as_json: bool) -> int:
 
 def _path_of(location: str) -> Path | None:
     """Return the file a knowledge base is in, if it is in one."""
-    from ersatz.knowledge.base import SHIPPED
+    from ersatz.knowledge.opening import SHIPPED
     from ersatz.resources import ONTOLOGY
 
     path = ONTOLOGY / f"{location}.ttl" if location in SHIPPED else Path(location)

@@ -1,5 +1,6 @@
 """The entry point: runs a command; errors are one line, and exit code 2."""
 
+import gc
 import sys
 import warnings
 
@@ -12,6 +13,7 @@ from ersatz.errors import ErsatzError, ErsatzWarning
 
 def main() -> None:
     """Run the command line: errors become one line, and exit code 2."""
+    gc.set_threshold(100_000)  # what is imported stays: to look for garbage in it takes time
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", ErsatzWarning)
     try:

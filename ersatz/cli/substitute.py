@@ -7,7 +7,6 @@ import click
 
 from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json, save
-from ersatz.cli.update import read_values
 
 
 @click.command()
@@ -16,10 +15,10 @@ def demo() -> None:
 
     Example: ersatz demo
     """
+    terminal, kb = console(), open_kb("household")
     from ersatz.display import show_ranking
     from ersatz.reasoner.substitution import rank_substitutes
 
-    terminal, kb = console(), open_kb("household")
     for missing, available in (
         ("tray", ["plate", "sponge", "bowl", "binder", "keyboard"]),
         ("coffee mug", ["bowl", "pitcher", "food can", "hand towel", "ball"]),
@@ -80,6 +79,7 @@ def substitute(
 
     Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
+    kb = open_kb(location)
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
@@ -92,7 +92,6 @@ def substitute(
         properties=_properties(properties),
         **given,
     )
-    kb = open_kb(location)
     ranking = rank_substitutes(
         kb,
         missing,
@@ -147,12 +146,13 @@ def ask(
 
     Example: ersatz ask household --missing tray --measured object.toml
     """
+    kb = open_kb(location)
+    from ersatz.cli.update import read_values
     from ersatz.knowledge.updates import qualities_of
     from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.gain import Doubt
     from ersatz.reasoner.relevance import ReasonerSettings
 
-    kb = open_kb(location)
     wishes = ask_for_more(
         kb,
         missing,

@@ -1,32 +1,45 @@
 """Asking for more, simulated: how many measurements it takes to decide as all of them would.
 
-Two situations, each with measurements made in the order of `outlook` or in random order. An unknown object:
-its properties are measured one by one, knowledge of the classes is complete. Two classes: the tool
-and one candidate are known from one object each at first; then properties of further objects are measured.
-The decision is whether the probability that the candidate stands in is at least one half.
+What can be measured is finite: certain properties of certain objects. What all of them together say is the
+decision to reach; on the way there it is the most probable one, given what was measured and how many objects
+are still to come. The order is that of `outlook`, or random: each of the measurements left alike.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ersatz.evaluation.calibration import half
-from ersatz.evaluation.regrounding import Objects, held_degrees, reground
-from ersatz.grounding.conceptualization import DEGREE
-from ersatz.grounding.subcategorization import Qualities
-from ersatz.reasoner.confidence import SURE, confidences
-from ersatz.reasoner.gain import outlook
-from ersatz.reasoner.relevance import ReasonerSettings, in_use
-from ersatz.reasoner.representative import Knowledge
+from ersatz.reasoner.gain import Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
 
 DRAWS: Final = 100
 
-_Slot: TypeAlias = tuple[int | None, str]
-_Choice: TypeAlias = Callable[[Question, Sequence[_Slot]], _Slot]
+SURE: Final = 0.9
+"""Enough to stop."""
+
+ROUND: Final = 10
+"""Measured in rounds, each a tenth of what was measured before: counts of both orders are that coarse."""
+
+Slot: TypeAlias = tuple[int | None, str]
+"""Candidate (None: the tool) and property, as in `Measurement`."""
+
+
+class Case(Protocol):
+    """A decision to be made, and what can be measured for it."""
+
+    @property
+    def about(self) -> Doubt:
+        """What is decided."""
+
+    @property
+    def slots(self) -> Counter[Slot]:
+        """What can be measured, and how often."""
+
+    def ask(self, measured: Counter[Slot]) -> Question:
+        """Return the question about all that can be measured when some of it has been."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +53,48 @@ class Effort:
     right : int
         After so many the decision is that of all of them, and stays so.
     sure : int
-        After so many the decision has a probability of `SURE` or more; all, if never.
+        After so many the decision has a probability of `SURE` or more.
+    confirmed : bool
+        Whether the decision is then that of all measurements.
     """
 
     possible: int
     right: int
     sure: int
+    confirmed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """Measurements asked for, as a share of those in random order, and its 95 % interval.
+
+    Attributes
+    ----------
+    asked, random : float
+        Mean number.
+    ratio, low, high : float
+        Decisions are drawn again for the interval.
+    """
+
+    asked: float
+    random: float
+    ratio: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, asked: Sequence[float], random: Sequence[float], draws: int = 2000) -> "Ratio":
+        """Return the ratio of the means of paired numbers."""
+        pairs = np.array([asked, random], dtype=np.float64)
+        rows = np.random.default_rng(0).integers(pairs.shape[1], size=(draws, pairs.shape[1]))
+        one, two = pairs[:, rows].mean(axis=-1)
+        low, high = np.quantile(one / np.maximum(two, 1e-9), (0.025, 0.975)).tolist()
+        a, b = pairs.mean(axis=1).tolist()
+        return cls(a, b, a / b if b else 1.0, low, high)
+
+    def to_json(self) -> dict[str, float]:
+        """Return it in JSON's types."""
+        return {name: round(getattr(self, name), 6) for name in self.__slots__}
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,172 +103,84 @@ class Inquiry:
 
     Attributes
     ----------
-    asked, random : tuple of Effort
-        One a decision; of random order, one a decision and repetition.
+    asked : tuple of n Effort
+    random : tuple of n tuples of Effort
+        One a repetition.
     """
 
     asked: tuple[Effort, ...]
-    random: tuple[Effort, ...]
+    random: tuple[tuple[Effort, ...], ...]
 
-    def means(self) -> dict[str, tuple[float, float, float]]:
-        """Return for `right` and `sure` the mean number asked, at random, and their ratio."""
-        found = {}
-        for name in ("right", "sure"):
-            one, two = (
-                float(np.mean([getattr(effort, name) for effort in efforts]))
-                for efforts in (self.asked, self.random)
-            )
-            found[name] = (one, two, one / two if two else 1.0)
-        return found
+    def ratio(self, name: str) -> Ratio:
+        """Return how the two orders compare in `right` or `sure`."""
+        random = [float(np.mean([getattr(one, name) for one in each])) for each in self.random]
+        return Ratio.of([getattr(one, name) for one in self.asked], random)
 
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types."""
         return {
             "decisions": len(self.asked),
-            "possible": float(np.mean([effort.possible for effort in self.asked])),
-            **{name: [round(x, 6) for x in of] for name, of in self.means().items()},
+            "possible": round(float(np.mean([one.possible for one in self.asked])), 6),
+            "confirmed": round(float(np.mean([one.confirmed for one in self.asked])), 6),
+            "confirmed_random": round(
+                float(np.mean([one.confirmed for each in self.random for one in each])), 6
+            ),
+            **{name: self.ratio(name).to_json() for name in ("right", "sure")},
         }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Case:
-    """A decision to be made, and what can be measured for it.
-
-    Attributes
-    ----------
-    slots : tuple of (candidate or None, property)
-        As in `Measurement`; one as often as it can be measured.
-    ask : callable
-        Returns the question when the given slots have been measured.
-    """
-
-    slots: tuple[_Slot, ...]
-    ask: Callable[[Sequence[_Slot]], Question]
-
-
-def unknown_objects(
-    objects: Objects,
-    qualities: Sequence[Qualities],
-    settings: ReasonerSettings,
-    decisions: int,
-    repetitions: int = 3,
-    seed: int = 0,
-) -> Inquiry:
-    """Half of the objects are known; of the others one is met at a time, and stands in for a tool or not."""
-    known_rows = half(objects, seed)
-    known = reground(objects.take(known_rows), qualities)
-    others = np.setdiff1d(np.arange(len(objects.of_class)), known_rows)
+def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0) -> Inquiry:
+    """Make all measurements of every case, in the order asked for and in random order."""
     chance = np.random.default_rng(seed)
-    cases = []
-    for _ in range(decisions):
-        one = int(chance.choice(others))
-        tools = np.delete(np.arange(len(objects.classes)), objects.of_class[one])
-        degrees = held_degrees(objects.take(np.array([one])), qualities)[0] / DEGREE
-        cases.append(_object_case(known, settings, int(chance.choice(tools)), degrees))
-    return _inquire(cases, repetitions, chance)
-
-
-def unknown_classes(
-    objects: Objects,
-    qualities: Sequence[Qualities],
-    settings: ReasonerSettings,
-    decisions: int,
-    repetitions: int = 3,
-    seed: int = 0,
-) -> Inquiry:
-    """A tool and a candidate known from one object each; the others of both can be measured."""
-    known, chance = reground(objects, qualities), np.random.default_rng(seed)
-    degrees = held_degrees(objects, qualities)
-    cases = []
-    for _ in range(decisions):
-        pair = chance.choice(len(objects.classes), 2, replace=False)
-        parts = [chance.permutation(degrees[objects.of_class == row]) for row in pair]
-        cases.append(_class_case(known, settings, pair.tolist(), parts))
-    return _inquire(cases, repetitions, chance)
-
-
-def _object_case(
-    known: Knowledge, settings: ReasonerSettings, tool: int, degrees: NDArray[np.float64]
-) -> _Case:
-    property_of = np.array([quality.property for quality in known.qualities])
-    names = sorted(set(property_of[degrees > 0].tolist()))
-
-    def ask(measured: Sequence[_Slot]) -> Question:
-        seen = np.isin(property_of, [name for _, name in measured])
-        return Question(known, settings, tool, np.array([-1]), (degrees * seen)[None])
-
-    return _Case(tuple((0, name) for name in names), ask)
-
-
-def _class_case(
-    known: Knowledge, settings: ReasonerSettings, pair: list[int], parts: list[NDArray[np.int64]]
-) -> _Case:
-    physical, functional = in_use(known, settings)
-    property_of = np.array([quality.property for quality in known.qualities])
-    columns = {name: property_of == name for name in sorted(set(property_of.tolist()))}
-    slots: list[_Slot] = []
-    for who, part, used in zip((None, 0), parts, (physical | functional, physical), strict=True):
-        for name, of in columns.items():
-            if (of & used).any():
-                slots += [(who, name)] * (int(part[:, of].any(axis=1).sum()) - 1)
-
-    def ask(measured: Sequence[_Slot]) -> Question:
-        counts = known.classes.counts.copy()
-        for row, part, who in zip(pair, parts, (None, 0), strict=True):
-            for name, of in columns.items():
-                rows = np.flatnonzero(part[:, of].any(axis=1))[: 1 + measured.count((who, name))]
-                counts[row, of] = part[np.ix_(rows, np.flatnonzero(of))].sum(axis=0)
-        classes = replace(known.classes, counts=counts)
-        rows_ = np.array(pair[1:])
-        return Question(
-            replace(known, classes=classes), settings, pair[0], rows_, np.zeros((1, len(property_of)))
-        )
-
-    return _Case(tuple(slots), ask)
-
-
-def _inquire(cases: Sequence[_Case], repetitions: int, chance: np.random.Generator) -> Inquiry:
     asked, random = [], []
     for case in cases:
-        truth = _probability(case.ask(case.slots)) >= 0.5
-        asked.append(_effort(case, _asked, truth))
-        for _ in range(repetitions):
-            random.append(_effort(case, _shuffled(case, chance), truth))
+        asked.append(_effort(case, None))
+        random.append(tuple(_effort(case, chance) for _ in range(repetitions)))
     return Inquiry(tuple(asked), tuple(random))
 
 
-def _shuffled(case: _Case, chance: np.random.Generator) -> _Choice:
-    order = [case.slots[at] for at in chance.permutation(len(case.slots))]
-    return lambda _, left: order[-len(left)]
+def decided(case: Case, found: Outlook) -> tuple[int, float]:
+    """Return the most probable decision and its probability: the best candidate, or whether it stands in."""
+    if case.about is Doubt.BEST:
+        best = int(np.argmax(found.best))
+        return best, found.best[best]
+    share = found.accepted[0]
+    return int(share >= 0.5), max(share, 1 - share)
 
 
-def _asked(question: Question, left: Sequence[_Slot]) -> _Slot:
-    """Return the most telling measurement that can still be made."""
-    wished = [(one.candidate, one.property) for one in outlook(question, DRAWS).measurements]
-    return next((one for one in wished if one in left), left[0])
-
-
-def _effort(
-    case: _Case,
-    choose: _Choice,
-    truth: bool,
-) -> Effort:
-    measured: list[_Slot] = []
-    left = list(case.slots)
-    shares = []
+def _effort(case: Case, chance: np.random.Generator | None) -> Effort:
+    """Measure in random order, or without chance in that asked for."""
+    measured: Counter[Slot] = Counter()
+    left = case.slots
+    made, steps = [], []
     while True:
-        question = case.ask(measured)
-        shares.append(_probability(question))
+        found = outlook(case.ask(measured), DRAWS, about=case.about)
+        made.append(measured.total())
+        steps.append(decided(case, found))
         if not left:
             break
-        chosen = choose(question, left)
-        left.remove(chosen)
-        measured.append(chosen)
-    wrong = [at for at, share in enumerate(shares) if (share >= 0.5) != truth]
-    sure = [at for at, share in enumerate(shares) if max(share, 1 - share) >= SURE]
-    possible = len(case.slots)
-    return Effort(possible, wrong[-1] + 1 if wrong else 0, sure[0] if sure else possible)
+        size = min(max(1, measured.total() // ROUND), left.total())
+        chosen = Counter(_random(left, size, chance) if chance else _asked(found, measured, left, size))
+        measured, left = measured + chosen, left - chosen
+    truth = steps[-1][0]
+    wrong = [at for at, (what, _) in enumerate(steps) if what != truth]
+    sure = next(at for at, (_, share) in enumerate(steps) if share >= SURE or at == len(steps) - 1)
+    right = made[wrong[-1] + 1] if wrong else 0
+    return Effort(made[-1], right, made[sure], steps[sure][0] == truth)
 
 
-def _probability(question: Question) -> float:
-    return float(confidences(question, DRAWS).accepted[0])
+def _random(left: Counter[Slot], size: int, chance: np.random.Generator) -> list[Slot]:
+    slots = list(left.elements())
+    return [slots[at] for at in chance.choice(len(slots), size, replace=False).tolist()]
+
+
+def _asked(found: Outlook, measured: Counter[Slot], left: Counter[Slot], size: int) -> Iterator[Slot]:
+    """Yield the most telling measurements left; one more of the same tells less, by how many are known."""
+    gain = {(one.candidate, one.property): one.gain for one in found.measurements}
+    known, room = measured.copy(), left.copy()
+    for _ in range(size):
+        best = max(room, key=lambda one: (gain.get(one, -1.0), str(one)))
+        yield best
+        known[best] += 1
+        gain[best] = gain.get(best, -1.0) * (known[best] + 1) / (known[best] + 3)
+        room -= Counter([best])

@@ -13,6 +13,7 @@ from ersatz.knowledge.answers import Answer, answer_of
 from ersatz.knowledge.directory import DirectoryStore, is_directory_store
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
+from ersatz.knowledge.opening import SHIPPED, open_store
 from ersatz.knowledge.paragraphs import batched
 from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, stored_query
 from ersatz.knowledge.revision import revision_line, revision_of
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
     import rdflib
 
 T = TypeVar("T")
-
-SHIPPED: Final = ("household",)
-"""Names of knowledge bases that come with ERSATZ."""
 
 PIECE: Final = 100_000
 """Triples that are loaded at once: more need more memory, fewer make the engine sort more files."""
@@ -122,24 +120,7 @@ class KnowledgeBase:
         KnowledgeBaseError
             If there is nothing, it is damaged, or it is no knowledge base of this format.
         """
-        name = str(location)
-        if name.startswith(("http://", "https://")):
-            from ersatz.knowledge.remote import RemoteStore
-
-            return cls(RemoteStore(name, update))
-        path = ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(location)
-        if path.is_dir():
-            if is_directory_store(path):
-                return cls(DirectoryStore(path))
-            raise KnowledgeBaseError(
-                f"{name!r} is a directory, but no knowledge base: name one made by `ersatz build`"
-            )
-        if not path.exists() and format_of(path) is None:
-            raise KnowledgeBaseError(
-                f"there is no knowledge base {name!r}: give {' or '.join(map(repr, SHIPPED))}, a file "
-                f"({', '.join(FORMATS)}), a directory or a URL"
-            )
-        return cls(MemoryStore.read(path))
+        return cls(open_store(location, update))
 
     @classmethod
     def create(cls, lines: Iterable[str], path: Path | None = None) -> "KnowledgeBase":

@@ -123,9 +123,10 @@ def stored_query(name: str) -> Query:
     UnknownNameError
         If there is none; the nearest names are offered.
     """
-    if name not in (names := query_names()):
-        raise UnknownNameError("query", name, names)
-    return Query.parse(name, (SPARQL / f"{name}.rq").read_text(encoding="utf-8"))
+    path = SPARQL / f"{name}.rq"
+    if not re.fullmatch(r"\w+(/\w+)*", name) or not path.is_file():
+        raise UnknownNameError("query", name, query_names())
+    return Query.parse(name, path.read_text(encoding="utf-8"))
 
 
 def query_names(folder: str = "") -> tuple[str, ...]:

@@ -50,8 +50,8 @@ class Wish:
     kind : {"tool", "class", "instance", "object"}
         Of a tool or a class another object is to be measured.
     property : str
-    gain : float > 0, bits
-        How much less doubt is expected afterwards.
+    gain : float in (0, 1]
+        Share of the variance behind the doubt that it is expected to take away.
     known : int or float
         From how many objects of the class the property is known already; 0 of a single object.
     """
@@ -90,7 +90,7 @@ class Wishes:
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types; the layout is stable."""
         return {
-            "version": 1,
+            "version": 2,
             "missing": self.missing,
             "iri": self.iri,
             "about": str(self.about),
@@ -169,7 +169,7 @@ def _wishes(
     known: Knowledge, tool: int, found: Outlook, things: Sequence[tuple[str, str]], about: Doubt
 ) -> Wishes:
     unnamed = things[0][1] == "object"
-    asked = [one for one in found.measurements if one.candidate is not None or not unnamed]
+    asked = [one for one in found.measurements if one.clear and (one.candidate is not None or not unnamed)]
     return Wishes(
         known.classes.names[tool],
         known.classes.iris[tool],

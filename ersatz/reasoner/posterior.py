@@ -60,7 +60,7 @@ class Posterior:
         """Return (n, q): P(m >= theta), exact."""
         return beta_above(self.alpha, self.of_property(self.alpha) - self.alpha, theta)
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those of a property add up to 1.
 
         One call for many draws gives the same numbers as several for a few.
@@ -68,23 +68,27 @@ class Posterior:
         drawn = chance.standard_gamma(self.alpha, (draws, *self.alpha.shape))
         return drawn / np.maximum(self.of_property(drawn), np.finfo(np.float64).tiny)
 
-    def foresee(self, draws: int, chance: np.random.Generator, further: float) -> NDArray[np.float64]:
+    def foresee(
+        self, draws: int, chance: "np.random.Generator", further: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
         """Return (draws, n, q) degrees that would be observed with more objects, those seen among them.
 
         Parameters
         ----------
         draws : int
         chance : Generator
-        further : float >= 0
-            How many objects more, as a multiple of those seen; what was never observed stays so.
+        further : (n, q) int64 array, >= 0
+            How many objects more have a value of the quality's property. Without any, nothing is drawn.
         """
-        drawn, seen = self.draw(draws, chance), self.alpha - self.prior
+        seen = self.alpha - self.prior
         total = self.of_property(seen)
-        more = np.rint(further * total).astype(np.int64)
-        for number in range(int(self.property[-1]) + 1 if len(self.property) else 0):
-            of = self.property == number
-            drawn[..., of] = chance.multinomial(more[:, of][:, 0], drawn[..., of])
-        return (seen + drawn) / np.maximum(total + more, 1)
+        drawn = np.zeros((draws, *seen.shape))
+        if further.any():
+            drawn = self.draw(draws, chance)
+            for number in range(int(self.property[-1]) + 1):
+                of = self.property == number
+                drawn[..., of] = chance.multinomial(further[:, of][:, 0], drawn[..., of])
+        return (seen + drawn) / np.maximum(total + further, 1)
 
 
 def posterior(memberships: Memberships, qualities: Sequence[QualityTerm], prior: float = PRIOR) -> Posterior:

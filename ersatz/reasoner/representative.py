@@ -65,8 +65,16 @@ class Memberships:
         step = max(BLOCK // max(self.counts.shape[1], 1), 1)
         for start in range(0, len(found), step):
             counts, totals = self.counts[start : start + step], self.totals[start : start + step]
-            np.logical_and(counts > 0, at_least(counts, totals, theta), out=found[start : start + step])
+            np.logical_and(counts > 0, at_least(counts, totals, [theta])[0], out=found[start : start + step])
         return found
+
+    def representative_at(self, thetas: Sequence[Fraction]) -> NDArray[np.bool_]:
+        """Return (t, c, q): what is representative at each of several thresholds."""
+        step = max(BLOCK // max(self.counts.size, 1), 1)
+        pieces = (thetas[start : start + step] for start in range(0, len(thetas), step))
+        return np.concatenate([at_least(self.counts, self.totals, some) for some in pieces]) & (
+            self.counts > 0
+        )
 
     def only(self, rows: Sequence[int]) -> "Memberships":
         """Return the memberships of some concepts."""
@@ -163,14 +171,16 @@ def function_model(kb: KnowledgeBase, name: str) -> FunctionModel:
     )
 
 
-def at_least(counts: NDArray[np.int64], totals: NDArray[np.int64], theta: Fraction) -> NDArray[np.bool_]:
-    """Return whether counts / totals >= theta, in whole numbers however large."""
-    a, b = theta.denominator, theta.numerator
+def at_least(
+    counts: NDArray[np.int64], totals: NDArray[np.int64], thetas: Sequence[Fraction]
+) -> NDArray[np.bool_]:
+    """Return (t, ...): whether counts / totals >= each theta, in whole numbers however large."""
     largest = max(int(counts.max(initial=0)), int(totals.max(initial=0)))
-    if max(a, b) * largest >= 2**63:
-        exact: NDArray[np.bool_] = (counts.astype(object) * a >= totals.astype(object) * b).astype(bool)
-        return exact
-    return counts * a >= totals * b
+    factors = [(theta.denominator, theta.numerator) for theta in thetas]
+    kind = np.int64 if max(map(max, factors)) * largest < 2**63 else object
+    a, b = np.array(factors, dtype=kind).T.reshape(2, -1, *(1,) * counts.ndim)
+    found: NDArray[np.bool_] = (counts * a >= totals * b).astype(bool, copy=False)
+    return found
 
 
 def pack(bits: NDArray[np.bool_]) -> NDArray[np.uint64]:

@@ -36,8 +36,10 @@ class Question:
         Row of each candidate's class; -1 for a single object.
     held : (n, q) array of degrees in [0, 1]
         What a single object is known to hold; not looked at for classes.
-    further : float, optional
-        Ask not for the answer with endless data, but for the one with so many times as many objects more.
+    further : float or (c, q) int64 array, optional
+        Ask not for the answer with endless data, but for the one with more objects: with so many times as
+        many as are known, or with so many of each class that have a value of the quality's property,
+        functions being known.
     """
 
     knowledge: Knowledge
@@ -45,13 +47,22 @@ class Question:
     tool: int
     rows: NDArray[np.int64]
     held: NDArray[np.float64]
-    further: float | None = None
+    further: float | NDArray[np.int64] | None = None
 
-    def degrees(self, of: Posterior, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
-        """Return (draws, n, q) degrees drawn."""
+    def degrees(
+        self, of: Posterior, rows: NDArray[np.int64] | None, draws: int, chance: "np.random.Generator"
+    ) -> NDArray[np.float64]:
+        """Return (draws, n, q) degrees drawn, of some classes or of the functions (None)."""
+        further = self.to_come(of, rows)
+        return of.draw(draws, chance) if further is None else of.foresee(draws, chance, further)
+
+    def to_come(self, of: Posterior, rows: NDArray[np.int64] | None) -> NDArray[np.int64] | None:
+        """Return (n, q): how many objects more are asked about; None for endless data."""
         if self.further is None:
-            return of.draw(draws, chance)
-        return of.foresee(draws, chance, self.further)
+            return None
+        if isinstance(self.further, float):
+            return np.rint(self.further * of.of_property(of.alpha - of.prior)).astype(np.int64)
+        return np.zeros(of.alpha.shape, dtype=np.int64) if rows is None else self.further[rows]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,11 +113,29 @@ def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
     for start in range(0, draws, size):
         number = min(size, draws - start)
         candidates = np.empty((number, len(rows), len(known.qualities)))
-        candidates[:, classes] = question.degrees(models, number, chances[0])
+        candidates[:, classes] = question.degrees(models, rows[classes], number, chances[0])
         if objects is not None:
             candidates[:, ~classes] = objects.draw(number, chances[1])
-        mine = question.degrees(tool, number, chances[2])[:, 0]
-        yield _answer(question, mine, question.degrees(functions, number, chances[3]), candidates)
+        mine = question.degrees(tool, np.array([question.tool]), number, chances[2])[:, 0]
+        yield _answer(question, mine, question.degrees(functions, None, number, chances[3]), candidates)
+
+
+def outcomes(question: Question, sample: Sample) -> NDArray[np.float64]:
+    """Return (s, 1 + n, q): how probable each quality is if the tool or a candidate is measured once more.
+
+    With endless data that is the degree drawn; else the share of the quality in the objects to come.
+    """
+    drawn = np.concatenate([sample.tool[:, None], sample.candidates], axis=1)
+    rows = np.concatenate([[question.tool], question.rows])
+    classes = np.flatnonzero(rows >= 0)
+    known = question.knowledge
+    of = posterior(known.classes.only(rows[classes].tolist()), known.qualities)
+    further = question.to_come(of, rows[classes])
+    if further is not None:
+        seen = of.alpha - of.prior
+        future = drawn[:, classes] * (of.of_property(seen) + further) - seen
+        drawn[:, classes] = np.maximum(future, 0) / np.maximum(further, 1)
+    return drawn
 
 
 def _answer(
@@ -157,7 +186,7 @@ class _Objects:
     likely: NDArray[np.float64]
     classes: Posterior
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those drawn are 0 and 1."""
         shape = (draws, *self.held.shape)
         uniform = chance.random((draws, len(self.held), 1 + self.held.shape[1]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any, overload
+from typing import Any, Final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ from ersatz.reasoner.relevance import (
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import best_first, compare, ratios
+
+USUAL: Final = ReasonerSettings()
+"""The paper's settings; made once, for a planner asks in its inner loop."""
 
 
 class Status(StrEnum):
@@ -291,6 +294,7 @@ class Ranking(Sequence[Substitute]):
         found = (
             Candidate(
                 self.candidates.iris[row],
+                bool(self.candidates.rows[row] >= 0),
                 Decimal(proportion_text(int(self.numerators[row]), int(self.denominators[row]))),
                 self._accepts(self._ratio(row)),
                 named(relevant & rows[row]),
@@ -374,7 +378,7 @@ def rank_substitutes(
     """
     if top is not None and top < 1:
         raise InputError(f"top is {top}: rank at least one")
-    settings = settings or ReasonerSettings()
+    settings = settings or USUAL
     known = kb.view(load_knowledge)
     tool = class_row(kb, known, missing)
     index = (graded_index if settings.graded else crisp_index)(kb, settings)

@@ -1,10 +1,10 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--refits 100] [--splits 20] [--decisions 40]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--readme]
 
-Prints tables in Markdown; `--out` also writes the numbers as JSON and the figure of calibration. Without the
-RoCS data only `household` takes part.
+Prints tables in Markdown, or puts them into the README (`--readme`); `--out` also writes the numbers as JSON
+and the figure of calibration. Without the RoCS data only `household` takes part.
 """
 
 import argparse
@@ -14,13 +14,14 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning
 from ersatz.evaluation.calibration import calibrate
 from ersatz.evaluation.figures import draw_one, reliability
-from ersatz.evaluation.inquiry import unknown_classes, unknown_objects
+from ersatz.evaluation.inquiry import Inquiry, Ratio, inquire
+from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
 from ersatz.evaluation.regrounding import Objects, learn
 from ersatz.evaluation.resampling import read_values, to_blocks
 from ersatz.evaluation.scenario_files import load_scenarios
@@ -29,21 +30,29 @@ from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.relevance import ReasonerSettings
 from tests.conftest import DATA
+from tests.readme import put
 
+Table: TypeAlias = tuple[str, Any]
+"""In Markdown, and the numbers in JSON's types."""
+
+CASES = {
+    "an object: does it stand in?": unknown_object,
+    "five objects: which is best?": unknown_objects,
+    "five classes and the tool: which is best?": unknown_classes,
+}
 SETTINGS = {"the paper's rule": ReasonerSettings(), "graded, ordinal": ReasonerSettings(graded=True)}
 
 
-def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
     """Draw the objects of RoCS again; agreement is that of `household` with the benchmark."""
     if "RoCS" not in data:
         sys.exit("stability needs the RoCS data: say where it is with --rocs")
     found = stability(data["RoCS"], VARIANTS, options.resamples, options.refits, progress=tell)
     found = with_agreement(found, VARIANTS, data["household"], load_scenarios("benchmark"))
-    print(f"{options.resamples} resamples, {options.refits} refitted\n\n{markdown(found)}")
-    return [one.to_json() for one in found]
+    return markdown(found), [one.to_json() for one in found]
 
 
-def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
     """Answer with half of the objects."""
     found = {}
     for name, objects in data.items():
@@ -51,37 +60,47 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
         for rule, settings in SETTINGS.items():
             tell(f"{name}, {rule}", 0.0)
             found[f"{name}, {rule}"] = calibrate(objects, qualities, settings, options.splits)
-    print(
-        "| objects, rule | answers | Brier | Brier of yes or no | calibration error |\n|---|---|---|---|---|"
-    )
+    rows = [
+        "| objects, rule | answers | Brier | Brier of yes or no | calibration error |",
+        "|---|---|---|---|---|",
+    ]
     for name, one in found.items():
         numbers = f"{one.brier:.3f} | {one.brier_crisp:.3f} | {one.error:.3f}"
-        print(f"| {name} | {len(one.said)} | {numbers} |")
+        rows.append(f"| {name} | {len(one.said)} | {numbers} |")
     if options.out:
         draw_one("reliability", reliability, found, options.out)
-    return {name: one.to_json() for name, one in found.items()}
+    return "\n".join(rows) + "\n", {name: one.to_json() for name, one in found.items()}
 
 
-def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Any:
+def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
     """Count measurements in the order asked for and in random order."""
-    found = {}
-    print("| unknown | possible | until right: asked, random, ratio | until sure: asked, random, ratio |")
-    print("|---|---|---|---|")
-    for name, objects in data.items():
-        qualities = learn(objects, SubcategorizationSettings())
-        for rule, settings in SETTINGS.items():
-            tell(f"{name}, {rule}", 0.0)
-            one = unknown_objects(objects, qualities, settings, options.decisions).to_json()
-            two = unknown_classes(objects, qualities, settings, max(1, options.decisions // 8), 1).to_json()
-            for what, effort in (("an object", one), ("two classes", two)):
-                label = f"{what}, {name}, {rule}"
-                found[label] = effort
-                cells = [", ".join(f"{x:.2f}" for x in effort[key]) for key in ("right", "sure")]
-                print(f"| {label} | {effort['possible']:.0f} | {' | '.join(cells)} |", flush=True)
-    return found
+    found: dict[str, Inquiry] = {}
+    for what, draw in CASES.items():
+        for name, objects in data.items():
+            qualities = learn(objects, SubcategorizationSettings())
+            for rule, settings in SETTINGS.items():
+                tell(f"{what}, {name}, {rule}", len(found) / (len(CASES) * len(data) * len(SETTINGS)))
+                found[f"{what} | {name} | {rule}"] = inquire(
+                    draw(objects, qualities, settings, options.decisions)
+                )
+    rows = [
+        "| unknown | objects | rule | possible | until right: asked | random | ratio | until sure: asked "
+        "| random | ratio | then right: asked | random |",
+        "|" + "---|" * 12,
+    ]
+    for label, one in found.items():
+        numbers = one.to_json()
+        cells = [f"{numbers['possible']:.0f}", *cells_of(one.ratio("right")), *cells_of(one.ratio("sure"))]
+        shares = [f"{numbers[key]:.2f}" for key in ("confirmed", "confirmed_random")]
+        rows.append(f"| {label} | {' | '.join([*cells, *shares])} |")
+    return "\n".join(rows) + "\n", {label: one.to_json() for label, one in found.items()}
 
 
-PARTS: dict[str, Callable[[Mapping[str, Objects], argparse.Namespace], Any]] = {
+def cells_of(one: Ratio) -> list[str]:
+    return [f"{one.asked:.1f}", f"{one.random:.1f}", f"**{one.ratio:.2f}** ({one.low:.2f}–{one.high:.2f})"]
+
+
+PARTS: dict[str, Callable[[Mapping[str, Objects], argparse.Namespace], Table]] = {
     "stability": measure_stability,
     "calibration": measure_calibration,
     "asking": measure_asking,
@@ -97,8 +116,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[[], *PARTS], default=[])
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--readme", action="store_true")
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
-    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 20), ("decisions", 40)):
+    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 20), ("decisions", 100)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     options = parser.parse_args()
     warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment
@@ -110,7 +130,11 @@ def main() -> None:
         data = {"RoCS": Objects.of(read_rocs(options.rocs))} | data
     for part in options.parts or PARTS:
         start = time.perf_counter()
-        found = PARTS[part](data, options)
+        table, found = PARTS[part](data, options)
+        if options.readme:
+            put(table, f"<!-- {part} -->", f"<!-- end of {part} -->")
+        else:
+            print(table)
         tell(f"{part}: {time.perf_counter() - start:.0f} s", 1.0)
         if options.out:
             text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"

@@ -8,7 +8,8 @@ import pytest
 
 from ersatz.evaluation.calibration import Calibration, calibrate, half
 from ersatz.evaluation.figures import draw_one, reliability
-from ersatz.evaluation.inquiry import Effort, Inquiry, unknown_classes, unknown_objects
+from ersatz.evaluation.inquiry import Effort, Inquiry, Ratio, inquire
+from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
 from ersatz.evaluation.regrounding import Objects, learn, reground, similarities
 from ersatz.evaluation.resampling import read_values, to_blocks
 from ersatz.evaluation.scenarios import Scenario
@@ -17,6 +18,7 @@ from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import Block, Origin
 from ersatz.pipeline import Settings, build
+from ersatz.reasoner.gain import Doubt, outlook
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.substitution import Status, rank_substitutes
@@ -111,21 +113,40 @@ def test_answers_of_half_of_the_objects_are_judged_by_all(objects: Objects, tmp_
     assert {path.name for path in tmp_path.iterdir()} == {"reliability.png", "reliability.svg"}
 
 
-@pytest.mark.parametrize("simulate", [unknown_objects, unknown_classes])
-def test_efforts_are_counted(objects: Objects, simulate: object) -> None:
-    assert callable(simulate)
-    found: Inquiry = simulate(objects, learn(objects, FEW), ReasonerSettings(graded=True), 1, 1)
-    assert len(found.asked) == len(found.random) == 1
-    for one in (*found.asked, *found.random):
-        assert 0 <= one.right <= one.possible
-        assert 0 <= one.sure <= one.possible
-    assert found.asked[0].possible == found.random[0].possible
+@pytest.mark.parametrize("draw", [unknown_object, unknown_objects, unknown_classes])
+def test_efforts_are_counted(objects: Objects, draw: object) -> None:
+    assert callable(draw)
+    cases = draw(objects, learn(objects, FEW), ReasonerSettings(graded=True), 2)
+    found = inquire(cases, 1)
+    assert len(found.asked) == len(found.random) == len(cases) == 2
+    for case, asked, (random,) in zip(cases, found.asked, found.random, strict=True):
+        for one in (asked, random):
+            assert one.possible == case.slots.total()
+            assert 0 <= one.right <= one.possible
+            assert 0 <= one.sure <= one.possible
+            assert one.confirmed or one.sure < one.right
+    assert inquire(cases, 1) == found
+
+
+def test_all_that_can_be_measured_leaves_no_doubt(objects: Objects) -> None:
+    """What is asked of all measurements is what the rule answers with all objects."""
+    qualities = learn(objects, FEW)
+    exact = similarities(reground(objects, qualities), ReasonerSettings(graded=True))
+    for case in unknown_classes(objects, qualities, ReasonerSettings(graded=True), 3):
+        question = case.ask(case.slots)
+        found = outlook(question, 5, about=Doubt.BEST)
+        assert found.best[int(exact[question.tool, question.rows].argmax())] == 1
+        assert found.doubt == 0
 
 
 def test_ratios_are_of_means() -> None:
-    found = Inquiry((Effort(9, 1, 2), Effort(9, 3, 4)), (Effort(9, 4, 4), Effort(9, 4, 8)))
-    assert found.means() == {"right": (2.0, 4.0, 0.5), "sure": (3.0, 6.0, 0.5)}
-    assert found.to_json()["decisions"] == 2
+    efforts = Effort(9, 1, 2, confirmed=True), Effort(9, 3, 4, confirmed=False)
+    found = Inquiry(efforts, ((Effort(9, 4, 4, confirmed=True),), (Effort(9, 4, 8, confirmed=True),)))
+    one = found.ratio("right")
+    assert (one.asked, one.random, one.ratio) == (2.0, 4.0, 0.5)
+    assert (one.low, one.high) == (0.25, 0.75)
+    assert found.to_json()["confirmed"] == 0.5
+    assert Ratio.of([0.0], [0.0]).ratio == 1.0
 
 
 def test_a_knowledge_base_of_classes_only_cannot_be_resampled() -> None:

@@ -11,7 +11,8 @@ from rdflib.graph import ModificationException, UnSupportedAggregateOperation
 from rdflib.term import Node
 
 from ersatz.errors import InputError
-from ersatz.knowledge.base import SHIPPED, KnowledgeBase
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.opening import SHIPPED
 from ersatz.knowledge.revision import revision_of
 from ersatz.reasoner.substitution import rank_substitutes
 from ersatz.resources import ONTOLOGY

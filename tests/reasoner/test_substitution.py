@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.validation import check
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.similarity import CRISP, Similarity
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
@@ -224,6 +225,25 @@ def test_forgetting_takes_remembered_answers_away_and_nothing_else(kb: Knowledge
     kb.forget("plate 2")
     after = {line for line in map(str, kb.triples()) if "kb#source_observation" not in line}
     assert after == before
+
+
+def test_answers_are_remembered_for_classes_in_any_script() -> None:
+    """Some scripts have no capital letters, and some names begin with digits."""
+    kb = make({"one": ("杯子", TRAY), "two": ("7up can", TRAY), "three": ("plate", TRAY)})
+    for tool in ("杯子", "7up can"):
+        first = rank_substitutes(kb, tool, instances=["two"], remember=True)
+        again = rank_substitutes(kb, tool, instances=["two"])
+        assert again.reused
+        assert again.model() == first.model() == kb.substitution_model(tool)
+    assert check(kb.triples(), rules=["candidate_kind", "punned_class"]).ok
+
+
+def test_answers_for_tools_whose_names_differ_in_case_are_kept_apart() -> None:
+    kb = make({"one": ("food can", TRAY), "two": ("foodcan", HELD["plate 1"][1]), "three": ("plate", TRAY)})
+    for tool in ("food can", "foodcan"):
+        first = rank_substitutes(kb, tool, ["plate"], remember=True)
+        assert not first.reused
+        assert kb.substitution_model(tool) == first.model()
 
 
 def test_asking_without_remembering_writes_nothing(kb: KnowledgeBase) -> None:
