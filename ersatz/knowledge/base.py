@@ -10,7 +10,7 @@ import pyoxigraph as ox
 from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.answers import Answer, answer_of
-from ersatz.knowledge.directory import DirectoryStore, is_directory_store
+from ersatz.knowledge.directory import DirectoryStore
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.names import class_iri, local_name, snake_iri
 from ersatz.knowledge.opening import SHIPPED, open_store

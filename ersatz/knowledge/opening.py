@@ -7,14 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from ersatz.errors import KnowledgeBaseError
-from ersatz.knowledge.stores import (
-    FORMATS,
-    DirectoryStore,
-    MemoryStore,
-    Store,
-    format_of,
-    is_directory_store,
-)
+from ersatz.knowledge.directory import DirectoryStore, is_directory_store
+from ersatz.knowledge.stores import FORMATS, MemoryStore, Store, format_of
 from ersatz.resources import ONTOLOGY
 
 SHIPPED: Final = ("household",)
