@@ -28,12 +28,13 @@ from ersatz.grounding.parts import batch_units, ground_parts
 from ersatz.grounding.subcategorization import Qualities, SubcategorizationSettings, fit_qualities
 from ersatz.grounding.summaries import summarize
 from ersatz.grounding.units import ObservationUnit, Units, find_units
-from ersatz.knowledge.base import KnowledgeBase, check_target
+from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.builds import BuildRecord
 from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.names import distinct
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.reader import read_qualities
+from ersatz.knowledge.saving import check_target
 from ersatz.knowledge.terms import finite, plain
 from ersatz.knowledge.writer import knowledge, named
 from ersatz.measurements import DIGITS, Block, Measurements, Source

@@ -102,6 +102,28 @@ class MemoryStore:
         """Nothing is held."""
 
 
+def read_into(store: ox.Store, path: Path) -> None:
+    """Read an RDF file in the format its name says.
+
+    Raises
+    ------
+    KnowledgeBaseError
+        If there is no such file.
+    InputError
+        If its name says no format we read, or its content is not in that format.
+    """
+    kind = ox.RdfFormat.from_extension(path.suffix.removeprefix(".").replace("owl", "rdf"))
+    if kind is None:
+        raise InputError(f"{path.name!r} says no RDF format: use .ttl, .nt, .owl, .rdf or .jsonld")
+    try:
+        # The base makes relative IRIs of foreign files harmless; ours have none.
+        store.bulk_load(path=str(path), format=kind, base_iri="https://example.org/")
+    except SyntaxError as error:
+        raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
+    except OSError as error:
+        raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
+
+
 def change_text(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | None = None) -> str:
     """Return one SPARQL update that does everything, or nothing if the guard does not hold."""
     opening, closing = (f"GRAPH <{graph}> {{", "}") if graph else ("", "")
