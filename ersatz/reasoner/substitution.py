@@ -18,7 +18,7 @@ from ersatz.knowledge.substitutions import load_substitution, remembered, substi
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain, proportion_text
 from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
-from ersatz.reasoner.candidates import Candidates, class_row, gather
+from ersatz.reasoner.candidates import Candidates, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
@@ -37,7 +37,7 @@ from ersatz.reasoner.relevance import (
     Spacing,
     relevance,
 )
-from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import best_first, compare, ratios
 
