@@ -24,6 +24,7 @@ from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, S
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
 from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.indices import crisp_index, graded_index
+from ersatz.reasoner.population import load_population
 from ersatz.reasoner.quantised import (
     GradedIndex,
     Grades,
@@ -393,7 +394,8 @@ def rank_substitutes(
         found, candidates = _recalled(known, index, tool, model, candidates)
     ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
     if draws is not None:
-        ranking = replace(ranking, sure=confidences(ranking.question, draws, seed))
+        question = replace(ranking.question, population=kb.view(load_population))
+        ranking = replace(ranking, sure=confidences(question, draws, seed))
     if remember and (model is None or draws is not None) and ranking.status is Status.OK:
         write_model(kb, ranking.model())
     return ranking
