@@ -1,4 +1,4 @@
-"""Regenerate the README's answers across the border: household, its answers for all tools, and the bridges.
+"""Regenerate the README's answers across the border: household, answers by degrees, bridges.
 
     python -m tests.knowledge.answers [--readme]
 
@@ -16,6 +16,7 @@ import pyoxigraph as ox
 
 from ersatz.knowledge import linking
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.conftest import DATA, ROOT
 from tests.knowledge.linked import targets
@@ -29,10 +30,10 @@ SHOWN = 3
 
 @cache
 def household() -> tuple[ox.Triple, ...]:
-    """Return the shipped knowledge base with its answers for every missing tool."""
+    """Return the shipped knowledge base with its answers by degrees for every missing tool."""
     kb = KnowledgeBase.open("household")
     for row in kb.ask("classes"):
-        rank_substitutes(kb, missing=str(row["name"]), remember=True)
+        rank_substitutes(kb, missing=str(row["name"]), settings=ReasonerSettings(graded=True), remember=True)
     return tuple(kb.triples())
 
 
