@@ -69,7 +69,7 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 0))
     for _ in range(3):
         table.add_column(no_wrap=True)
-    table.add_column(ratio=1, no_wrap=True, style="dim")
+    table.add_column(ratio=1, style="dim")
     title = "What it is for"
     for name, weight in ranking.weights()["functions"].items():
         if weight >= MINOR:

@@ -150,7 +150,9 @@ def build(
         if tables_in_parts(sources, anyway=scheduler is not None):
             lines, learned = _ground_parts(sources, settings, engine, progress), None
         else:
-            measurements, learned = acquire(sources, settings.acquisition, progress, engine)
+            # Without a scheduler, `settings.acquisition.workers` measure.
+            given = None if scheduler is None else engine
+            measurements, learned = acquire(sources, settings.acquisition, progress, given)
             lines = _ground_table(measurements, learned, settings, progress)
     kb = KnowledgeBase.create(lines, Path(out) if out is not None else None)
     if learned is not None and out is not None:

@@ -338,6 +338,8 @@ class KnowledgeBase:
         ------
         InputError
             If the name says no format, or the shipped knowledge base would be overwritten.
+        LockedError
+            If the file was changed by another writer since it was opened.
         """
         if path is None and not isinstance(self._store, MemoryStore):
             return  # a directory or an endpoint changed when it was told
@@ -350,7 +352,10 @@ class KnowledgeBase:
             raise InputError(
                 f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}"
             )
-        write(self.triples(), target)
+        if isinstance(self._store, MemoryStore) and target.resolve() == Path(self.location).resolve():
+            self._store.save(lambda: write(self.triples(), target))
+        else:
+            write(self.triples(), target)
 
     @property
     def graph(self) -> "rdflib.Graph":
