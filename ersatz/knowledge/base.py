@@ -18,13 +18,7 @@ from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, sto
 from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.saving import check_target, with_revision, write
 from ersatz.knowledge.shelf import subjects
-from ersatz.knowledge.stores import (
-    MemoryStore,
-    Store,
-    format_of,
-    load_own,
-    one_line,
-)
+from ersatz.knowledge.stores import MemoryStore, Store, format_of, load_own, one_line
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ersatz.acquisition.tables import read_table, read_tables
+from ersatz.acquisition.tables import read_table
 from ersatz.acquisition.tables.units import factor, scale
 from ersatz.errors import InputError
 from ersatz.measurements import DIGITS, PROPERTIES, Block, Kind, Measurements, Origin, Property
@@ -124,10 +124,13 @@ def test_names_with_separators_and_line_breaks(tmp_path: Path) -> None:
     }
 
 
-def test_read_tables_joins_files_in_any_order(tmp_path: Path) -> None:
+def test_tables_join_in_any_order(tmp_path: Path) -> None:
     one = write(tmp_path, "object_class,instance,weight\nplate,p,1\n", "1.csv")
     two = write(tmp_path, "object_class,instance,rigidity,origin\nplate,p,1,human\n", "2.csv")
-    table, other = read_tables([one, two]), read_tables([two, one])
+    table, other = (
+        Measurements.collect([block for path in paths for block in read_table(path)])
+        for paths in ((one, two), (two, one))
+    )
     assert [c.property.name for c in table.columns] == ["rigidity", "weight"]
     assert table.sources == other.sources
     assert rows(list(table.blocks())) == rows(list(other.blocks()))

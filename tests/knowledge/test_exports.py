@@ -16,8 +16,8 @@ from rdflib.compare import isomorphic
 
 from ersatz.knowledge import exports
 from ersatz.knowledge.defined import defined_classes
-from ersatz.knowledge.stores import read_into
 from ersatz.knowledge.views import owlready2_ontology
+from tests.knowledge.linked import store_of
 from tests.reasoners import ROOT, java, owlapi
 
 KITCHEN = ROOT / "ontology" / "examples" / "kitchen.ttl"
@@ -26,10 +26,7 @@ KNOWROB = rdflib.Namespace(exports.KNOWROB)
 
 
 def triples(*files: Path) -> list[ox.Triple]:
-    store = ox.Store()
-    for file in files:
-        read_into(store, file)
-    return [quad.triple for quad in store]
+    return [quad.triple for quad in store_of(*files)]
 
 
 def graph(some: Any) -> rdflib.Graph:
