@@ -30,7 +30,7 @@ from ersatz.knowledge.writer import (
     named,
     source_lines,
 )
-from ersatz.measurements import DIGITS, Block, Kind, Measurements, Origin, Property, Source
+from ersatz.measurements import DIGITS, Block, Kind, Measurements, Origin, Property, Source, out_of_range
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -55,6 +55,9 @@ def observe(
                 f"property {name!r} has no qualities here: known are {', '.join(sorted(properties))}"
             )
         row = _vector(name, value)
+        wrong, allowed = out_of_range(properties[name], row)
+        if wrong.any():
+            raise InputError(f"{name!r} is {value!r}: it is {allowed}; correct the value or its unit")
         blocks.append(Block(properties[name], [object_class], [instance], [observation], row, origin, source))
     observe_blocks(kb, object_class, instance, blocks)
 

@@ -192,6 +192,17 @@ def test_forget_takes_remembered_answers_with_it() -> None:
     assert lines_of(kb) == lines_of(without)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [("rigidity", 96, "between 0 and 1"), ("weight", -0.3, "0 or more"), ("size", [1, -1, 1], "0 or more")],
+)
+def test_what_no_table_may_say_is_not_observed_either(name: str, value: float, allowed: str) -> None:
+    kb = small()
+    with pytest.raises(InputError, match=f"{name}.*: it is {allowed}; correct the value or its unit"):
+        kb.observe("tray", "tray 9", {name: value})
+    assert_whole(kb)
+
+
 def test_what_people_wrote_about_a_class_survives() -> None:
     kb = small()
     qualities = read_qualities(kb)
