@@ -213,9 +213,10 @@ def test_what_people_wrote_about_a_class_survives() -> None:
         f'{tray} <http://www.w3.org/2000/01/rdf-schema#label> "Tablett"@de .\n',
         '<https://w3id.org/ersatz/kb#tray_1> <http://www.w3.org/2000/01/rdf-schema#label> "Tablett 1"@de .\n',
     }
-    kb.tell([], notes)
+    length = f'<{KB}size-length> {LABEL} "the longest side"@en .\n'
+    kb.tell([f'<{KB}size-length> {LABEL} "length"@en .\n'], notes | {length})
     kb.observe("tray", "tray 3", {"weight": 0.8})
-    assert notes <= lines_of(kb)
+    assert notes | {length} <= lines_of(kb)
     assert kb.ask("class", **{"class": "tray"})[0]["instances"] == Decimal(3)
     kb.forget("tray 3")
     for name in ("tray 1", "tray 2"):
