@@ -84,6 +84,10 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Check and normalise."""
+        try:
+            object.__setattr__(self, "unit", ObservationUnit(self.unit))
+        except ValueError:
+            raise InputError(f"unit {self.unit!r} is not one of {', '.join(ObservationUnit)}") from None
         object.__setattr__(self, "theta", exact(self.theta, "theta"))
         if not 0 < self.theta <= 1:
             raise InputError(f"theta is {self.theta}: it lies above 0 and up to 1")

@@ -28,7 +28,7 @@ from ersatz.knowledge.revision import is_knowledge
 from ersatz.knowledge.substitutions import all_substitution_lines
 from ersatz.knowledge.terms import english
 from ersatz.knowledge.writer import named
-from ersatz.measurements import DIGITS, Block, Measurements, Origin, Source
+from ersatz.measurements import DIGITS, Block, Measurements, Origin, Source, out_of_range
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -49,6 +49,9 @@ def observe(
     blocks = []
     for name, value in values.items():
         prop, row = _known(name, known).property, _vector(name, value)
+        wrong, allowed = out_of_range(prop, row)
+        if wrong.any():
+            raise InputError(f"{name!r} is {value!r}: it is {allowed}; correct the value or its unit")
         blocks.append(Block(prop, [object_class], [instance], [observation], row, origin, source))
     observe_blocks(kb, object_class, instance, blocks)
 

@@ -288,6 +288,13 @@ MALFORMED: dict[str, tuple[str | bytes, str]] = {
     "huge": (ID + "weight\nplate,p,1e15\n", "'1e15' is out of range"),
     "underscore": (ID + "weight\nplate,p,1_000\n", "'1_000' is out of range: .* written like 0.25"),
     "decimal comma": (ID + 'weight\nplate,p,"0,5"\n', "'0,5' is not a number: write a decimal point"),
+    "thousands": (ID + 'weight\nplate,p,"1,234"\n', "'1,234' is not a number: write 1234 or 1.234, as it is"),
+    "old line ends": (
+        ID + "weight\rplate,p,1\r",
+        r"line 1 .* has a line break within: end lines with a line",
+    ),
+    "line break in a header": (ID + '"weight\n[g]"\nplate,p,1\n', "line 1 .* each column on one line"),
+    "empty first line": ("\n" + ID + "weight\nplate,p,1\n", "line 1 is empty: begin with the names"),
     "unit in a cell": (ID + "weight\nplate,p,5 kg\n", "'5 kg' is not a number: .*unit in the header"),
     "negative weight": (ID + "weight\nplate,p,-1\n", "'-1' is out of range: weight is 0 or more"),
     "rigidity of 3": (ID + "rigidity\nplate,p,3\n", "'3' is out of range: rigidity is between 0 and 1"),

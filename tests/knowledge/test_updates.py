@@ -193,6 +193,17 @@ def test_forget_takes_remembered_answers_with_it() -> None:
     assert lines_of(kb) == lines_of(without)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [("rigidity", 96, "between 0 and 1"), ("weight", -0.3, "0 or more"), ("size", [1, -1, 1], "0 or more")],
+)
+def test_what_no_table_may_say_is_not_observed_either(name: str, value: float, allowed: str) -> None:
+    kb = small()
+    with pytest.raises(InputError, match=f"{name}.*: it is {allowed}; correct the value or its unit"):
+        kb.observe("tray", "tray 9", {name: value})
+    assert_whole(kb)
+
+
 def test_what_people_wrote_about_a_class_survives() -> None:
     kb = small()
     qualities = read_qualities(kb)
@@ -203,9 +214,10 @@ def test_what_people_wrote_about_a_class_survives() -> None:
         f'{tray} <http://www.w3.org/2000/01/rdf-schema#label> "Tablett"@de .\n',
         '<https://w3id.org/ersatz/kb#tray_1> <http://www.w3.org/2000/01/rdf-schema#label> "Tablett 1"@de .\n',
     }
-    kb.tell([], notes)
+    length = f'<{KB}size-length> {LABEL} "the longest side"@en .\n'
+    kb.tell([f'<{KB}size-length> {LABEL} "length"@en .\n'], notes | {length})
     kb.observe("tray", "tray 3", {"weight": 0.8})
-    assert notes <= lines_of(kb)
+    assert notes | {length} <= lines_of(kb)
     assert kb.ask("class", **{"class": "tray"})[0]["instances"] == Decimal(3)
     kb.forget("tray 3")
     for name in ("tray 1", "tray 2"):

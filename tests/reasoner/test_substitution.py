@@ -76,6 +76,8 @@ def test_one_string_is_not_a_list_of_names(kb: KnowledgeBase) -> None:
         rank_substitutes(kb, "tray", "plate")
     with pytest.raises(InputError, match="lists of names"):
         rank_substitutes(kb, "tray", instances="plate 1")
+    with pytest.raises(InputError, match="properties is 'alpha': give a list of names, not one string"):
+        ReasonerSettings(properties="alpha")  # type: ignore[arg-type]
 
 
 def test_unknown_names_are_refused_with_the_nearest(kb: KnowledgeBase) -> None:
