@@ -8,10 +8,11 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ersatz.knowledge.answers import Answer, Value
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import Entry
 from ersatz.knowledge.names import local_name
-from ersatz.knowledge.queries import Answer, Query, Value
+from ersatz.knowledge.queries import Query
 from ersatz.knowledge.terms import rough_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
 from ersatz.reasoner.representative import class_model, function_model
@@ -68,7 +69,7 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 0))
     for _ in range(3):
         table.add_column(no_wrap=True)
-    table.add_column(ratio=1, no_wrap=True, style="dim")
+    table.add_column(ratio=1, style="dim")
     title = "What it is for"
     for name, weight in ranking.weights()["functions"].items():
         if weight >= MINOR:

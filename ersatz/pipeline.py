@@ -28,12 +28,15 @@ from ersatz.grounding.parts import batch_units, ground_parts
 from ersatz.grounding.subcategorization import Qualities, SubcategorizationSettings, fit_qualities
 from ersatz.grounding.summaries import summarize
 from ersatz.grounding.units import ObservationUnit, Units, find_units
-from ersatz.knowledge.base import KnowledgeBase, check_target
+from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.names import distinct
 from ersatz.knowledge.queries import exact
+from ersatz.knowledge.reader import read_qualities
+from ersatz.knowledge.saving import check_target
 from ersatz.knowledge.terms import finite, plain
-from ersatz.knowledge.updates import read_qualities
-from ersatz.knowledge.writer import BuildRecord, instance_knowledge, knowledge, named
+from ersatz.knowledge.writer import knowledge, named
 from ersatz.measurements import DIGITS, Block, Measurements, Source
 from ersatz.reasoner.recognition import Likeness, Role, nearest_classes, possible_roles
 from ersatz.reasoner.relevance import ReasonerSettings
@@ -147,7 +150,9 @@ def build(
         if tables_in_parts(sources, anyway=scheduler is not None):
             lines, learned = _ground_parts(sources, settings, engine, progress), None
         else:
-            measurements, learned = acquire(sources, settings.acquisition, progress, engine)
+            # Without a scheduler, `settings.acquisition.workers` measure.
+            given = None if scheduler is None else engine
+            measurements, learned = acquire(sources, settings.acquisition, progress, given)
             lines = _ground_table(measurements, learned, settings, progress)
     kb = KnowledgeBase.create(lines, Path(out) if out is not None else None)
     if learned is not None and out is not None:

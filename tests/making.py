@@ -11,7 +11,8 @@ from ersatz.grounding.conceptualization import conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import find_units
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.writer import BuildRecord, knowledge
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.writer import knowledge
 from ersatz.measurements import Block, Kind, Measurements, Origin, Property, Source
 
 Row: TypeAlias = tuple[str, str, str, str, float | Sequence[float]]

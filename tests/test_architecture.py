@@ -103,27 +103,47 @@ def test_no_cycles() -> None:
 
 
 def loaded_by(code: str) -> set[str]:
-    """Return the top-level modules a fresh interpreter has after running the code."""
-    script = f"{code}\nimport sys\nprint(*sorted({{name.split('.')[0] for name in sys.modules}}))"
+    """Return the modules a fresh interpreter has after running the code."""
+    script = f"{code}\nimport sys\nprint(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT
     )
     return set(done.stdout.splitlines()[-1].split())
 
 
-HEAVY = {"open3d", "sklearn", "scipy", "matplotlib", "fastapi", "nicegui", "polars", "rdflib", "owlready2"}
+HEAVY = {
+    *("open3d", "sklearn", "scipy", "matplotlib", "polars", "rdflib", "owlready2"),
+    *("fastapi", "nicegui", "starlette", "pydantic"),
+}
 
 
 def test_importing_ersatz_loads_nothing_heavy() -> None:
     assert not loaded_by("import ersatz") & (HEAVY | {"numpy", "pyoxigraph"})
 
 
-def test_asking_for_a_substitute_loads_nothing_heavy() -> None:
-    code = (
+def loaded_by_command(*arguments: str) -> set[str]:
+    return loaded_by(
         "import sys, ersatz.cli.main\n"
-        "sys.argv = ['ersatz', 'substitute', 'household', '--missing', 'tray', '--json']\n"
+        f"sys.argv = ['ersatz', *{arguments}]\n"
         "try:\n    ersatz.cli.main.main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
     )
-    modules = loaded_by(code)
-    assert {"numpy", "pyoxigraph"} <= modules
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]], ids=["text", "json"])
+def test_asking_for_a_substitute_loads_nothing_heavy(form: list[str]) -> None:
+    modules = loaded_by_command("substitute", "household", "--missing", "tray", *form)
+    assert {"numpy", "pyoxigraph", "ersatz.cli.substitute"} <= modules
     assert not modules & HEAVY
+
+
+def test_a_file_can_be_parsed_before_numpy_is_loaded() -> None:
+    modules = loaded_by("import ersatz.cli.main, ersatz.knowledge.opening as o; o.open_store('household')")
+    assert "pyoxigraph" in modules
+    assert not modules & {"numpy", "ersatz.knowledge.base"}
+
+
+def test_a_command_loads_its_own_module_only() -> None:
+    modules = loaded_by_command("show", "--help")
+    assert "ersatz.cli.inspect" in modules
+    assert not modules & {f"ersatz.cli.{other}" for other in ("build", "substitute", "share", "evaluate")}
+    assert "numpy" not in modules

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 from tests.benchmarks.__main__ import BEGIN, END, HEAD, benchmarks, markdown, report
 from tests.benchmarks.measuring import Rival, Row, race
@@ -14,6 +15,24 @@ def test_a_ratio_is_of_medians_with_the_extremes_of_few_rounds() -> None:
     assert ROW.ratio == 3.0
     assert ROW.spread == (1.5, 8.0)
     assert markdown([ROW]) == HEAD + "| ask | 3 classes | sets | 1 s | 3 s | 3 (1.5–8) | ≥ 2 ✓ |\n"
+
+
+def test_a_limit_is_held_or_missed_by_the_median() -> None:
+    assert ROW.aim == "≥ 2 ✓"
+    assert replace(ROW, limit=1.0).aim == "≤ 1 s ✓"
+    assert replace(ROW, limit=0.9).aim == "≤ 900 ms missed"
+    assert replace(ROW, theirs=()).aim == "≥ 2"
+    assert replace(ROW, target=None).aim == ""
+
+
+def test_times_are_of_one_piece_and_the_limit_stands_in_the_first_row() -> None:
+    clock = iter(range(100))
+    rivals = [Rival("one", lambda: None, scale=2.0), Rival("other", lambda: None)]
+    first, second = race(
+        "ask", "4", lambda: None, rivals, 2, clock=lambda: float(next(clock)), limit=3.0, pieces=4
+    )
+    assert (first.ours, first.theirs, second.theirs) == ((0.25, 0.25), (0.5, 0.5), (0.25, 0.25))
+    assert (first.limit, second.limit) == (3.0, None)
 
 
 def test_a_rival_that_is_not_there_is_a_row_without_figures() -> None:
@@ -45,8 +64,9 @@ def test_the_readme_has_the_table_as_the_command_writes_it() -> None:
     number = r"[\d.e+]+"
     time = rf"(?:{number} (?:s|ms|µs)|—)"
     ratio = rf"(?:{number} \({number}–{number}\)|not installed: \S+)"
+    aim = rf"(?:≥ {number}|≤ {time}) (?:✓|missed)"
     for line in lines:
         assert re.fullmatch(
-            rf"\| [^|]+ \| [^|]+ \| [^|]+ \| {time} \| {time} \| {ratio} \| (≥ {number} (✓|missed))? ?\|",
+            rf"\| [^|]+ \| [^|]+ \| [^|]+ \| {time} \| {time} \| {ratio} \| (?:{aim})? ?\|",
             line,
         ), line

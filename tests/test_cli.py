@@ -23,8 +23,11 @@ def test_without_arguments_it_helps(ersatz: Shell) -> None:
 
 COMMANDS = [
     "demo",
+    "fetch",
+    "fetch",
     "build",
     "substitute",
+    "ask",
     "ground",
     "show",
     "observe",
@@ -33,6 +36,7 @@ COMMANDS = [
     "check",
     "link",
     "export",
+    "upload",
     "serve",
     "evaluate",
     "scenarios",
@@ -47,8 +51,73 @@ def test_every_command_has_an_example(command: str, ersatz: Shell) -> None:
     assert f"Example: ersatz {command}" in " ".join(run.out.split())
 
 
+@pytest.mark.parametrize("command", ["scan", "concepts", "drift"])
+def test_every_figure_has_an_example(command: str, ersatz: Shell) -> None:
+    assert command in ersatz("figure", "--help").out
+    run = ersatz("figure", command, "--help")
+    assert f"Example: ersatz figure {command}" in " ".join(run.out.split())
+
+
 def test_version(ersatz: Shell) -> None:
     assert ersatz("--version").out.strip().count(".") == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["substitue"], "No such command 'substitue'. Did you mean 'substitute'?"),
+        (["substitute", "household", "--availble", "x"], "'--availble'. Did you mean '--available'?"),
+        (["substitute", "household"], "Missing option '--missing'."),
+        (["export", "household"], "Missing argument 'OUT'."),
+        (["forget", "kb.ttl", "plate_1", "plate_2"], "unexpected extra argument (plate_2)"),
+        (["build", "kb.ttl", "--clusters", "four"], "'--clusters': 'four' is not a valid integer."),
+        (["query", "household", "--format", "xml"], "'xml' is not one of 'table', 'json', 'csv', 'ttl'."),
+        (["figure"], "Missing command."),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_wrong_command_line_is_quoted(arguments: list[str], said: str, ersatz: Shell) -> None:
+    run = ersatz(*arguments)
+    assert (run.code, run.out) == (2, "")
+    assert run.err.startswith("error: ")
+    assert run.err.endswith(f"{said} Try `ersatz --help`.\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("ersatz sub", ["substitute"]),
+        ("ersatz nothing", []),
+        ("ersatz query household --format ", ["table", "json", "csv", "ttl"]),
+        ("ersatz figure ", ["concepts", "drift", "scan"]),
+    ],
+)
+def test_the_shell_completes(
+    words: str, completed: list[str], ersatz: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("_ERSATZ_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
+    run = ersatz()
+    assert run.code == 0
+    assert [line.removeprefix("plain,") for line in run.out.split()] == completed
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_is_installed_once(
+    shell: str, tmp_path: Path, ersatz: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("SHELL", f"/usr/bin/{shell}")
+    assert "_ERSATZ_COMPLETE" in ersatz("--show-completion").out
+    for _ in range(2):
+        run = ersatz("--install-completion")
+        assert run.code == 0
+    file = Path(run.out.split(":")[0])
+    assert file.is_relative_to(tmp_path)
+    assert file.read_text().count(f"_ERSATZ_COMPLETE={shell}_source") == 1
+    monkeypatch.setenv("SHELL", "/bin/csh")
+    assert "'csh'" in ersatz("--install-completion").err
 
 
 def test_demo(ersatz: Shell) -> None:

@@ -1,6 +1,7 @@
 """A scan nobody trained on: its qualities, the nearest classes, and what it could stand in for."""
 
 import json
+import multiprocessing
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 from ersatz.acquisition.layouts import FolderSettings, list_scans, views_of
 from ersatz.acquisition.measuring import measure_scans
 from ersatz.acquisition.shape_concepts import ShapeConcepts
+from ersatz.acquisition.sources import AcquisitionSettings
 from ersatz.errors import ErsatzWarning
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import rounded
-from ersatz.pipeline import build, ground
+from ersatz.pipeline import Settings, build, ground
 from ersatz.resources import DATA, ONTOLOGY
 from tests.cli import Shell
 
@@ -92,6 +94,21 @@ def test_a_broken_scan_is_one_error(content: bytes, tmp_path: Path, ersatz: Shel
     assert run.code == 2
     assert run.err.count("\n") == 1
     assert "scan.ply" in run.err
+
+
+def test_workers_measure_the_scans(shared_data: Path, tmp_path: Path) -> None:
+    """Two processes work where two are asked for; one of them would do, so only looking at them tells."""
+    source = next((shared_data / "objects" / "bowl").glob("ycb_024*"))
+    (tmp_path / "scans" / "bowl").mkdir(parents=True)
+    (tmp_path / "scans" / "bowl" / source.name).symlink_to(source)
+    seen: list[int] = []
+    with pytest.warns(ErsatzWarning, match="1 instead of 4 qualities"):
+        build(
+            scans=tmp_path / "scans",
+            settings=Settings(acquisition=AcquisitionSettings(views=2, workers=2)),
+            progress=lambda stage, share: seen.append(len(multiprocessing.active_children())),
+        )
+    assert max(seen) == 2
 
 
 def test_measurement_beats_judgement(shared_data: Path, tmp_path: Path) -> None:

@@ -28,14 +28,15 @@ class CompositionSettings:
     groups : bool
         Whether groups count, or the whole object only (ablation).
     smallest : float
-        Share of the visible area from which on a group is compared with concepts.
+        Share of the visible area from which on a group is compared with concepts, the nearest of them
+        counting. At 1 the whole object is compared only: half a thing looks like too many others.
     """
 
     pair_levels: int = 2
     pair_weight: float = 1.0
     form_weight: float = 1.0
     groups: bool = True
-    smallest: float = 0.5
+    smallest: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

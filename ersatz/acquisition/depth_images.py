@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.acquisition.camera import Intrinsics
+from ersatz.acquisition.depth_sensor import Intrinsics
 from ersatz.acquisition.extras import open3d
 from ersatz.acquisition.scans import Scan, check_extent
 from ersatz.errors import ScanError

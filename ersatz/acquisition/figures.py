@@ -104,7 +104,7 @@ def _exemplars(concepts: ShapeConcepts) -> list[list[tuple[str, str]]]:
     """Return for each concept the most central exemplar of each object, nearest first."""
     rows = []
     for concept in range(concepts.settings.concepts):
-        mine = np.flatnonzero(concepts.concepts == concept)
+        mine = np.flatnonzero(concepts.patterns == concept)
         middle = concepts.exemplars[mine].mean(axis=0)
         order = mine[np.argsort(np.linalg.norm(concepts.exemplars[mine] - middle, axis=1), kind="stable")]
         first = {concepts.names[i]: concepts.views[i] for i in order[::-1]}

@@ -1,11 +1,19 @@
 """Mesh: a triangulated surface in metres, and what can be said of it without any library but numpy."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import ScanError
+
+FLATTEST: Final = 1e-3
+"""Thickness of a surface, as a share of its length, below which it is one side of an object and no whole.
+
+On things of up to half a metre that is less than the half millimetre by which a depth sensor errs
+(`camera.SensorNoise`): no other side was seen. The thinnest whole scans we have, notebooks, are at 0.05.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +29,8 @@ class Mesh:
     Raises
     ------
     ScanError
-        If there is no triangle with an area, a coordinate is not finite, or an index points nowhere.
+        If there is no triangle with an area, a coordinate is not finite, an index points nowhere, or the
+        surface is flat: nothing is measured on one side of a thing that would be true of the whole.
     """
 
     vertices: NDArray[np.float64]
@@ -48,6 +57,20 @@ class Mesh:
             )
         if not self.areas.sum() > 0:
             raise ScanError("the mesh has no surface: the area of all its triangles is 0")
+        length, thickness = self._reach()
+        if thickness < FLATTEST * length:
+            raise ScanError(
+                f"flat: the mesh is {length:.3g} m long and {thickness:.1g} m thick; it shows one side of an "
+                "object, leave it out or scan the object whole"
+            )
+
+    def _reach(self) -> tuple[float, float]:
+        """Return the extents of the surface along its first and last principal axes, metres."""
+        used = self.vertices[np.unique(self.triangles)]
+        centred = used - used.mean(axis=0)
+        _, axes = np.linalg.eigh(centred.T @ centred)
+        thickness, _, length = np.ptp(centred @ axes, axis=0)
+        return float(length), float(thickness)
 
     @property
     def corners(self) -> NDArray[np.float64]:

@@ -135,15 +135,15 @@ def read_scan(
     Raises
     ------
     ScanError
-        If the file is missing or broken, holds fewer than 30 distinct points or points on one line, or
-        its unit is not credible.
+        If the file is missing or broken, holds fewer than 30 distinct points, points on one line or a mesh
+        in one plane, or its unit is not credible.
     MissingDependencyError
         If a DAE file is read without open3d.
 
     Warns
     -----
     ErsatzWarning
-        If most points are not finite, all points lie in one plane, or there are too many of them.
+        If most points are not finite, all points of a cloud lie in one plane, or there are too many.
     """
     path = Path(path)
     if unit not in UNITS:

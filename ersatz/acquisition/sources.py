@@ -143,7 +143,8 @@ def acquire(
 
 def find_concepts(sources: Sources, settings: AcquisitionSettings, progress: Progress) -> "ShapeConcepts":
     """Return the shape concepts to use: given, newly learned, or those of the shipped knowledge base."""
-    from ersatz.acquisition.shape_concepts import ConceptSettings, learn_shape_concepts
+    from ersatz.acquisition.concept_learning import learn_shape_concepts
+    from ersatz.acquisition.shape_concepts import ConceptSettings
 
     if sources.unlabelled is None:
         return shape_concepts(sources.concepts)
@@ -153,15 +154,15 @@ def find_concepts(sources: Sources, settings: AcquisitionSettings, progress: Pro
 
 
 def unlabelled_scans(folder: str | Path, settings: AcquisitionSettings | None = None) -> "Iterator[Scan]":
-    """Yield the views shape concepts are learned from: twice as many an object as are measured.
+    """Yield the views shape concepts are learned from: four times as many an object as are measured.
 
-    The objects are few, and every side of them should be seen.
+    The objects are few and nobody knows how they stand, so every side of them should be seen.
     """
     from ersatz.acquisition.camera import CameraSettings
     from ersatz.acquisition.layouts import FolderSettings, iter_scans
 
     settings = settings or AcquisitionSettings()
-    camera = CameraSettings(views=2 * settings.views)
+    camera = CameraSettings(views=4 * settings.views, upper=False)
     return iter_scans(folder, FolderSettings(camera, whole=False, keep_going=settings.keep_going))
 
 

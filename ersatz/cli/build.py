@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from enum import StrEnum
 from os import environ
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Final
 
-import typer
+import click
 
-from ersatz.cli.app import app
+from ersatz.cli import options
 from ersatz.cli.terminal import console, progress
 from ersatz.errors import InputError
 
@@ -17,64 +16,74 @@ SHIPPED_EXPERT: Final = "household"
 """Name of the expert distributions that come with ERSATZ."""
 
 
-class Unit(StrEnum):
-    """What is counted."""
-
-    INSTANCE = "instance"
-    OBSERVATION = "observation"
-
-
-@app.command()
+@click.command()
+@click.argument(
+    "out", type=options.PATH, help="File (.ttl .owl .nt .jsonld, also .gz) or directory to write."
+)
+@click.option(
+    "--tables",
+    multiple=True,
+    help="A property table, CSV or Parquet, or a directory or URL of Parquet; repeatable.",
+)
+@click.option("--rocs", type=options.PATH, help="A folder laid out as the RoCS data set.")
+@click.option("--scans", type=options.PATH, help="A folder of scans.")
+@click.option("--models", multiple=True, help="category=number of parametric models, synthetic; repeatable.")
+@click.option("--unlabelled", type=options.PATH, help="A folder of scans to learn shape concepts from.")
+@click.option(
+    "--concepts", type=options.PATH, help="Shape concepts learned before; without either, the shipped ones."
+)
+@click.option("--expert", help="Expert distributions (TOML), or household for the shipped ones.")
+@click.option("--shape-concepts", default=4, help="How many shape concepts to learn.")
+@click.option("--views", default=6, help="Virtual views of an object known from all sides.")
+@click.option(
+    "--paper-selection", is_flag=True, help="Only the categories and numbers of the paper's Table 1."
+)
+@click.option("--keep-going", is_flag=True, help="Leave broken scans out.")
+@click.option("--workers", default=1, help="Processes that measure scans.")
+@click.option("--clusters", default=4, help="Qualities per property, the paper's eta.")
+@click.option("--fuzzy", is_flag=True, help="Let values belong to several qualities, to degrees.")
+@click.option("--fuzzifier", type=float, help="With --fuzzy: how soft, from 1 (crisp) to 10; 2 unless given.")
+@click.option(
+    "--unit",
+    type=click.Choice(["instance", "observation"]),
+    default="instance",
+    help="What is counted.",
+)
+@click.option(
+    "--representative",
+    default="0.35",
+    help="Threshold of the representative qualities written down.",
+)
+@click.option("--classes-only/--no-classes-only", help="Leave the instances out.")
+@click.option("--seed", default=0, help="Of k-means and of the expert's draws.")
+@click.option(
+    "--scheduler",
+    help="Who does the work: a Dask scheduler's address, or local:N processes; else one.",
+)
+@click.option("--time", help="Time of the build, ISO 8601; else SOURCE_DATE_EPOCH, else none.")
 def build(
-    out: Annotated[
-        Path, typer.Argument(help="File (.ttl .owl .nt .jsonld, also .gz) or directory to write.")
-    ],
-    tables: Annotated[
-        list[str] | None,
-        typer.Option(help="A property table, CSV or Parquet, or a directory or URL of Parquet; repeatable."),
-    ] = None,
-    rocs: Annotated[Path | None, typer.Option(help="A folder laid out as the RoCS data set.")] = None,
-    scans: Annotated[Path | None, typer.Option(help="A folder of scans.")] = None,
-    models: Annotated[
-        list[str] | None, typer.Option(help="category=number of parametric models, synthetic; repeatable.")
-    ] = None,
-    unlabelled: Annotated[
-        Path | None, typer.Option(help="A folder of scans to learn shape concepts from.")
-    ] = None,
-    concepts: Annotated[
-        Path | None, typer.Option(help="Shape concepts learned before; without either, the shipped ones.")
-    ] = None,
-    expert: Annotated[
-        str | None, typer.Option(help="Expert distributions (TOML), or household for the shipped ones.")
-    ] = None,
-    shape_concepts: Annotated[int, typer.Option(help="How many shape concepts to learn.")] = 4,
-    views: Annotated[int, typer.Option(help="Virtual views of an object known from all sides.")] = 6,
-    paper_selection: Annotated[
-        bool,
-        typer.Option("--paper-selection", help="Only the categories and numbers of the paper's Table 1."),
-    ] = False,
-    keep_going: Annotated[bool, typer.Option("--keep-going", help="Leave broken scans out.")] = False,
-    workers: Annotated[int, typer.Option(help="Processes that measure scans.")] = 1,
-    clusters: Annotated[int, typer.Option(help="Qualities per property, the paper's eta.")] = 4,
-    fuzzy: Annotated[
-        bool, typer.Option("--fuzzy", help="Let values belong to several qualities, to degrees.")
-    ] = False,
-    fuzzifier: Annotated[
-        float | None, typer.Option(help="With --fuzzy: how soft, from 1 (crisp) to 10; 2 unless given.")
-    ] = None,
-    unit: Annotated[Unit, typer.Option(help="What is counted.")] = Unit.INSTANCE,
-    representative: Annotated[
-        str, typer.Option(help="Threshold of the representative qualities written down.")
-    ] = "0.35",
-    classes_only: Annotated[bool, typer.Option(help="Leave the instances out.")] = False,
-    seed: Annotated[int, typer.Option(help="Of k-means and of the expert's draws.")] = 0,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Who does the work: a Dask scheduler's address, or local:N processes; else one."),
-    ] = None,
-    time: Annotated[
-        str | None, typer.Option(help="Time of the build, ISO 8601; else SOURCE_DATE_EPOCH, else none.")
-    ] = None,
+    out: Path,
+    tables: tuple[str, ...],
+    rocs: Path | None,
+    scans: Path | None,
+    models: tuple[str, ...],
+    unlabelled: Path | None,
+    concepts: Path | None,
+    expert: str | None,
+    shape_concepts: int,
+    views: int,
+    paper_selection: bool,
+    keep_going: bool,
+    workers: int,
+    clusters: int,
+    fuzzy: bool,
+    fuzzifier: float | None,
+    unit: str,
+    representative: str,
+    classes_only: bool,
+    seed: int,
+    scheduler: str | None,
+    time: str | None,
 ) -> None:
     """Ground a knowledge base in measurements.
 
@@ -102,10 +111,10 @@ def build(
     )
     with progress() as report:
         kb = build_kb(
-            tables=tables or (),
+            tables=tables,
             rocs=rocs,
             scans=scans,
-            models=_counts(models or []),
+            models=_counts(models),
             unlabelled=unlabelled,
             concepts=concepts,
             expert=source,

@@ -2,26 +2,33 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from ersatz.cli.app import app
-from ersatz.cli.options import Host, Location, Port
+from ersatz.cli import options
 from ersatz.cli.terminal import open_kb, progress, say
 
+_scenarios = click.argument("scenarios", help="benchmark, or a file of scenarios (CSV, JSON).")
 
-@app.command()
+
+@click.command()
+@options.location
+@_scenarios
+@click.option(
+    "--out", type=options.PATH, required=True, help="Folder to write tables, figures and the report to."
+)
+@click.option("--baseline", multiple=True, help="A rival, NAME or NAME=FILE; repeatable. Without any: all.")
+@click.option("--votes", type=options.PATH, help="Votes of a survey on these scenarios.")
+@click.option("--resamples", default=20, help="How often the objects are drawn again.")
+@click.option("--workers", default=1, help="Processes.")
 def evaluate(
-    location: Location,
-    scenarios: Annotated[str, typer.Argument(help="benchmark, or a file of scenarios (CSV, JSON).")],
-    out: Annotated[Path, typer.Option(help="Folder to write tables, figures and the report to.")],
-    baseline: Annotated[
-        list[str] | None, typer.Option(help="A rival, NAME or NAME=FILE; repeatable. Without any: all.")
-    ] = None,
-    votes: Annotated[Path | None, typer.Option(help="Votes of a survey on these scenarios.")] = None,
-    resamples: Annotated[int, typer.Option(help="How often the objects are drawn again.")] = 20,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    location: str,
+    scenarios: str,
+    out: Path,
+    baseline: tuple[str, ...],
+    votes: Path | None,
+    resamples: int,
+    workers: int,
 ) -> None:
     """Compare substitutes with what experts chose, and with rivals: tables, figures, a report.
 
@@ -29,7 +36,7 @@ def evaluate(
     """
     from ersatz.evaluation.experiment import run
     from ersatz.evaluation.report import markdown_table, write
-    from ersatz.evaluation.scenarios import load_scenarios
+    from ersatz.evaluation.scenario_files import load_scenarios
     from ersatz.evaluation.survey import add_votes
     from ersatz.pipeline import ground_blocks
 
@@ -39,7 +46,7 @@ def evaluate(
         results = run(
             open_kb(location),
             found,
-            baselines=baseline or (),
+            baselines=baseline,
             ground=ground_blocks,
             resamples=resamples,
             workers=workers,
@@ -50,39 +57,39 @@ def evaluate(
     say(f"{out}: {len(written)} files; open {written[0]}")
 
 
-@app.command("scenarios")
-def draw_scenarios(
-    location: Location,
-    out: Annotated[Path, typer.Argument(help="CSV or JSON file to write.")],
-    candidates: Annotated[int, typer.Option(help="Objects at hand in each.")] = 5,
-    seed: Annotated[int, typer.Option(help="Of the draw.")] = 0,
-) -> None:
+@click.command()
+@options.location
+@click.argument("out", type=options.PATH, help="CSV or JSON file to write.")
+@click.option("--candidates", default=5, help="Objects at hand in each.")
+@click.option("--seed", default=0, help="Of the draw.")
+def scenarios(location: str, out: Path, candidates: int, seed: int) -> None:
     """Draw one question a class with random objects at hand, as the paper did.
 
     Example: ersatz scenarios household queries.csv
     """
-    from ersatz.evaluation.scenarios import generate, save_scenarios
+    from ersatz.evaluation.scenario_files import save_scenarios
+    from ersatz.evaluation.scenarios import generate
 
     drawn = generate(open_kb(location).known_names("class"), candidates, seed)
     save_scenarios(drawn, out)
     say(f"{out}: {len(drawn)} scenarios")
 
 
-@app.command()
-def survey(
-    location: Location,
-    scenarios: Annotated[str, typer.Argument(help="benchmark, or a file of scenarios (CSV, JSON).")],
-    out: Annotated[Path, typer.Option(help="File the votes are added to.")],
-    pictures: Annotated[Path | None, typer.Option(help="A folder of scans to draw the objects from.")] = None,
-    host: Host = "127.0.0.1",
-    port: Port = 8000,
-) -> None:
+@click.command()
+@options.location
+@_scenarios
+@click.option("--out", type=options.PATH, required=True, help="File the votes are added to.")
+@click.option("--pictures", type=options.PATH, help="A folder of scans to draw the objects from.")
+@options.host
+@options.port
+def survey(location: str, scenarios: str, out: Path, pictures: Path | None, host: str, port: int) -> None:
     """Ask experts which object they would take, in the browser; votes are on disk at once.
 
     Example: ersatz survey household benchmark --out votes.csv
     """
     from ersatz.evaluation.pictures import find_scans
-    from ersatz.evaluation.scenarios import check_names, load_scenarios
+    from ersatz.evaluation.scenario_files import load_scenarios
+    from ersatz.evaluation.scenarios import check_names
     from ersatz.evaluation.survey import Survey, VoteFile
     from ersatz.service.survey_pages import create_survey_app, serve_survey
 

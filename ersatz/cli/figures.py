@@ -1,24 +1,23 @@
 """Pictures of scans and shape concepts."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from ersatz.cli.app import app
-from ersatz.cli.options import Concepts
+from ersatz.cli import options
 from ersatz.cli.terminal import say
 
-figure_app = typer.Typer(help="Draw scans and shape concepts as PNG files.", rich_markup_mode=None)
-app.add_typer(figure_app, name="figure")
+
+@click.group(no_args_is_help=False)
+def figure() -> None:
+    """Draw scans and shape concepts as PNG files."""
 
 
-@figure_app.command("scan")
-def figure_scan(
-    scan: Annotated[Path, typer.Argument(help="A scan of an object; of a mesh, one view is drawn.")],
-    out: Annotated[Path, typer.Option(help="Folder to write the pictures to.")],
-    concepts: Concepts = None,
-) -> None:
+@figure.command("scan")
+@click.argument("scan", type=options.PATH, help="A scan of an object; of a mesh, one view is drawn.")
+@click.option("--out", type=options.PATH, required=True, help="Folder to write the pictures to.")
+@options.concepts
+def figure_scan(scan: Path, out: Path, concepts: Path | None) -> None:
     """Draw a scan: its segments, its symbols at each level, the tree of compositions, the responses.
 
     Example: ersatz figure scan mug.ply --out figures
@@ -33,12 +32,16 @@ def figure_scan(
         say(f"{path}: written")
 
 
-@figure_app.command("concepts")
-def figure_concepts(
-    unlabelled: Annotated[Path, typer.Option(help="The folder of scans the concepts were learned from.")],
-    out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
-    concepts: Concepts = None,
-) -> None:
+@figure.command("concepts")
+@click.option(
+    "--unlabelled",
+    type=options.PATH,
+    required=True,
+    help="The folder of scans the concepts were learned from.",
+)
+@click.option("--out", type=options.PATH, required=True, help="Folder to write the picture to.")
+@options.concepts
+def figure_concepts(unlabelled: Path, out: Path, concepts: Path | None) -> None:
     """Draw a contact sheet of the shape concepts: one row a concept, its exemplars nearest to its middle.
 
     Example: ersatz figure concepts --unlabelled scans --out figures
@@ -51,14 +54,17 @@ def figure_concepts(
     say(f"{path}: written")
 
 
-@figure_app.command("drift")
-def figure_drift(
-    scans: Annotated[
-        list[Path], typer.Argument(help="Scans of some objects; of a mesh, six views are taken.")
-    ],
-    out: Annotated[Path, typer.Option(help="Folder to write the picture to.")],
-    concepts: Concepts = None,
-) -> None:
+@figure.command("drift")
+@click.argument(
+    "scans",
+    type=options.PATH,
+    nargs=-1,
+    required=True,
+    help="Scans of some objects; of a mesh, six views are taken.",
+)
+@click.option("--out", type=options.PATH, required=True, help="Folder to write the picture to.")
+@options.concepts
+def figure_drift(scans: tuple[Path, ...], out: Path, concepts: Path | None) -> None:
     """Draw how concept responses change when a view loses points or gains noise.
 
     Example: ersatz figure drift mug.ply bowl.ply box.ply --out figures

@@ -2,77 +2,65 @@
 
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+import click
 
-from ersatz.cli.app import app
-from ersatz.cli.options import Location
+from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json
 from ersatz.errors import InputError
 
 
-class TableFormat(StrEnum):
-    """How an answer is printed."""
-
-    TABLE = "table"
-    JSON = "json"
-    CSV = "csv"
-    TTL = "ttl"
-
-
-@app.command()
-def show(
-    location: Location,
-    name: Annotated[str | None, typer.Argument(help="A class, instance, property or quality.")] = None,
-) -> None:
+@click.command()
+@options.location
+@click.argument("name", required=False, help="A class, instance, property or quality.")
+def show(location: str, name: str | None) -> None:
     """Show what a knowledge base holds, or what it knows of one thing.
 
     Example: ersatz show household "coffee mug"
     """
+    kb = open_kb(location)
     from ersatz.display import show_knowledge, show_thing
 
-    kb = open_kb(location)
     if name is None:
         show_knowledge(console(), kb)
     else:
         show_thing(console(), kb, name)
 
 
-@app.command()
-def query(
-    location: Location,
-    name: Annotated[str | None, typer.Argument(metavar="NAME_OR_FILE", help="Without it: the list.")] = None,
-    param: Annotated[list[str] | None, typer.Option(help="name=value; repeatable.")] = None,
-    as_format: Annotated[
-        TableFormat, typer.Option("--format", help="How to print the answer.")
-    ] = TableFormat.TABLE,
-) -> None:
+@click.command()
+@options.location
+@click.argument("name", metavar="[NAME_OR_FILE]", required=False, help="Without it: the list.")
+@click.option("--param", multiple=True, help="name=value; repeatable.")
+@click.option(
+    "--format",
+    "as_format",
+    type=click.Choice(["table", "json", "csv", "ttl"]),
+    default="table",
+    help="How to print the answer.",
+)
+def query(location: str, name: str | None, param: tuple[str, ...], as_format: str) -> None:
     """Ask a stored question, or one of your own in a file.
 
     Example: ersatz query household class_knowledge --param class=tray
     """
+    kb = open_kb(location)
     from ersatz.display import show_questions
     from ersatz.knowledge.queries import query_names, read_query, stored_query
 
-    kb = open_kb(location)
     if name is None:
         show_questions(console(), [stored_query(one) for one in query_names() if "/" not in one])
         return
     question = read_query(Path(name)) if name.endswith((".rq", ".sparql")) else stored_query(name)
-    _print_answer(kb.answer(question, _arguments(param or [], question.parameters)), as_format)
+    _print_answer(kb.answer(question, _arguments(param, question.parameters)), as_format)
 
 
-@app.command()
-def check(
-    location: Location,
-    reason: Annotated[
-        bool, typer.Option("--reason", help="Also ask HermiT for contradictions; needs Java.")
-    ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-) -> None:
+@click.command()
+@options.location
+@click.option("--reason", is_flag=True, help="Also ask HermiT for contradictions; needs Java.")
+@options.as_json
+def check(location: str, reason: bool, as_json: bool) -> int:
     """Look for everything that can be wrong with a knowledge base. Exit code 1: something was found.
 
     Example: ersatz check kb.ttl --reason
@@ -90,12 +78,12 @@ def check(
         from ersatz.display import show_report
 
         show_report(console(), report)
-    raise typer.Exit(0 if report.ok else 1)
+    return 0 if report.ok else 1
 
 
 def _path_of(location: str) -> Path | None:
     """Return the file a knowledge base is in, if it is in one."""
-    from ersatz.knowledge.base import SHIPPED
+    from ersatz.knowledge.opening import SHIPPED
     from ersatz.resources import ONTOLOGY
 
     path = ONTOLOGY / f"{location}.ttl" if location in SHIPPED else Path(location)
@@ -112,16 +100,16 @@ def _arguments(params: Sequence[str], kinds: Any) -> dict[str, Any]:
     return arguments
 
 
-def _print_answer(answer: Any, as_format: TableFormat) -> None:
-    if as_format is TableFormat.JSON:
+def _print_answer(answer: Any, as_format: str) -> None:
+    if as_format == "json":
         print_json([{name: _plain(value) for name, value in row.items()} for row in answer])
-    elif as_format is TableFormat.CSV:
+    elif as_format == "csv":
         import csv
 
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerow(answer.variables)
         writer.writerows([["" if value is None else value for value in row] for row in answer.rows])
-    elif as_format is TableFormat.TTL:
+    elif as_format == "ttl":
         sys.stdout.write(answer.to_turtle())
     else:
         from ersatz.display import answer_table

@@ -1,35 +1,28 @@
 """The entry point: runs a command; errors are one line, and exit code 2."""
 
+import gc
 import sys
 import warnings
-from typing import Any, Final
 
-import typer
+import click
 
 from ersatz.cli.app import app
 from ersatz.cli.terminal import fail
 from ersatz.errors import ErsatzError, ErsatzWarning
 
-# Importing a module adds its commands, in the order of `ersatz --help`.
-from ersatz.cli import build, substitute, inspect, update, share, evaluate, figures  # noqa: F401  isort: skip
-
-# Typer has brought its own click since 0.20; what it raises is the parent of what it exports.
-_CLICK_ERROR: Final[Any] = next(t for t in typer.BadParameter.__mro__ if t.__name__ == "ClickException")
-
 
 def main() -> None:
     """Run the command line: errors become one line, and exit code 2."""
+    gc.set_threshold(100_000)  # what is imported stays: to look for garbage in it takes time
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", ErsatzWarning)
     try:
         code = app(prog_name="ersatz", standalone_mode=False)
         sys.stdout.flush()
-    except typer.Exit as exit_:
-        code = exit_.exit_code
-    except _CLICK_ERROR as error:
+    except click.ClickException as error:
         fail(f"{error.format_message()} Try `ersatz --help`.")
         code = 2
-    except (typer.Abort, KeyboardInterrupt):
+    except (click.Abort, KeyboardInterrupt):
         code = 130
     except ErsatzError as error:
         fail(str(error))

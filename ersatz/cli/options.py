@@ -1,23 +1,26 @@
 """Arguments and options that several commands share."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Final
 
-import typer
+import click
 
-Location = Annotated[
-    str, typer.Argument(metavar="KB", help="household, a file, a directory or an endpoint's URL.")
-]
-Missing = Annotated[str, typer.Option(help="The missing tool's class.")]
-Available = Annotated[
-    list[str] | None, typer.Option(help="A class at hand; repeatable. Without any: all classes.")
-]
-Instances = Annotated[list[str] | None, typer.Option(help="A perceived instance at hand; repeatable.")]
-Graded = Annotated[
-    bool, typer.Option(help="Reason with degrees and weights rather than with what is typical.")
-]
-Properties = Annotated[str | None, typer.Option(help="paper, or names with commas: reason with these only.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
-Concepts = Annotated[Path | None, typer.Option(help="Shape concepts; without them, the shipped ones.")]
-Host = Annotated[str, typer.Option(help="Address to listen on; loopback unless asked.")]
-Port = Annotated[int, typer.Option(help="Port to listen on.")]
+PATH: Final = click.Path(path_type=Path)
+"""A file or a folder; whoever opens it says what is wrong with it."""
+
+location = click.argument(
+    "location", metavar="KB", help="household, a file, a directory or an endpoint's URL."
+)
+missing = click.option("--missing", required=True, help="The missing tool's class.")
+available = click.option(
+    "--available", multiple=True, help="A class at hand; repeatable. Without any: all classes."
+)
+instance = click.option("--instance", multiple=True, help="A perceived instance at hand; repeatable.")
+graded = click.option(
+    "--graded/--no-graded", help="Reason with degrees and weights rather than with what is typical."
+)
+properties = click.option("--properties", help="paper, or names with commas: reason with these only.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+concepts = click.option("--concepts", type=PATH, help="Shape concepts; without them, the shipped ones.")
+host = click.option("--host", default="127.0.0.1", help="Address to listen on; loopback unless asked.")
+port = click.option("--port", default=8000, help="Port to listen on.")

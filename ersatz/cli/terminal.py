@@ -5,6 +5,8 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from ersatz.errors import ErsatzError, ErsatzWarning
@@ -16,10 +18,18 @@ if TYPE_CHECKING:
 
 
 def open_kb(location: str) -> "KnowledgeBase":
-    """Open the knowledge base a command names."""
+    """Open the knowledge base a command names.
+
+    A file is parsed without the interpreter's lock: meanwhile what works with it is imported, which takes as
+    long. So this comes before a command's other imports.
+    """
+    from ersatz.knowledge.opening import open_store
+
+    Thread(target=import_module, args=["ersatz.knowledge.base"]).start()
+    store = open_store(location)
     from ersatz.knowledge.base import KnowledgeBase
 
-    return KnowledgeBase.open(location)
+    return KnowledgeBase(store)
 
 
 def save(kb: "KnowledgeBase", otherwise: str = "") -> None:
@@ -47,7 +57,7 @@ def console(*, err: bool = False) -> "Console":
     """Return what tables and words are printed on."""
     from rich.console import Console
 
-    return Console(stderr=err)
+    return Console(stderr=err, emoji=False)  # a name such as :cat: is a name
 
 
 def print_json(value: Any) -> None:

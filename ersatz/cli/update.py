@@ -3,12 +3,11 @@
 import json
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
-from ersatz.cli.app import app
-from ersatz.cli.options import Location
+from ersatz.cli import options
 from ersatz.cli.terminal import open_kb, save, say
 from ersatz.errors import InputError
 
@@ -17,16 +16,23 @@ if TYPE_CHECKING:
     from ersatz.measurements import Block
 
 
-@app.command()
-def observe(
-    location: Location,
-    object_class: Annotated[str, typer.Argument(metavar="CLASS", help="What the object is.")],
-    instance: Annotated[str, typer.Argument(help="The object's name, new or known.")],
-    measurements: Annotated[
-        Path, typer.Option(help="JSON or TOML with one value a property, or a property table.")
-    ],
-    observation: Annotated[str, typer.Option(help="Name of the observation, where there are several.")] = "",
-) -> None:
+@click.command()
+@options.location
+@click.argument("object_class", metavar="CLASS", help="What the object is.")
+@click.argument("instance", help="The object's name, new or known.")
+@click.option(
+    "--measurements",
+    type=options.PATH,
+    required=True,
+    help="JSON or TOML with one value a property, or a property table.",
+)
+@click.option(
+    "--observation",
+    default="",
+    show_default=False,
+    help="Name of the observation, where there are several.",
+)
+def observe(location: str, object_class: str, instance: str, measurements: Path, observation: str) -> None:
     """Take in what was measured of an object, without a refit.
 
     Example: ersatz observe kb.ttl plate plate_9 --measurements plate_9.toml
@@ -42,8 +48,10 @@ def observe(
     say(f"{instance}: {len(kb.ask('instance_qualities', instances=[instance]))} qualities")
 
 
-@app.command()
-def forget(location: Location, instance: Annotated[str, typer.Argument(help="The object's name.")]) -> None:
+@click.command()
+@options.location
+@click.argument("instance", help="The object's name.")
+def forget(location: str, instance: str) -> None:
     """Take an object out of the knowledge base and out of all counts.
 
     Example: ersatz forget kb.ttl plate_9
@@ -70,6 +78,6 @@ def read_values(path: Path, *, some: bool = True) -> dict[str, Any]:
 
 def _table_of(kb: "KnowledgeBase", path: Path) -> "list[Block]":
     from ersatz.acquisition.tables import read_table
-    from ersatz.knowledge.updates import read_qualities
+    from ersatz.knowledge.reader import read_qualities
 
     return read_table(path, {q.property.name: q.property for q in read_qualities(kb)})

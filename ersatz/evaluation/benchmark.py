@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from ersatz.evaluation.facts import Facts, read_facts
-from ersatz.evaluation.scenarios import SHIPPED, Scenario, save_scenarios
+from ersatz.evaluation.scenario_files import SHIPPED, save_scenarios
+from ersatz.evaluation.scenarios import Scenario
 
 Verdict: TypeAlias = bool | None
 """Fit, unfit, or not decided by the facts."""

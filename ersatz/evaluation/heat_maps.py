@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.evaluation.experiment import Results
+from ersatz.evaluation.results import Results
 from ersatz.evaluation.scenarios import Scenario
 
 if TYPE_CHECKING:

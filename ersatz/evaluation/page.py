@@ -8,8 +8,8 @@ from pathlib import Path
 
 from ersatz.evaluation.agreement import HEADINGS, METRICS
 from ersatz.evaluation.analysis import CAUSES, Miss
-from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.figures import CAPTIONS
+from ersatz.evaluation.results import Results, Standing
 from ersatz.evaluation.uncertainty import Estimate
 
 

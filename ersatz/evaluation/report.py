@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ersatz.errors import InputError
 from ersatz.evaluation.agreement import HEADINGS
-from ersatz.evaluation.experiment import Results, Standing
 from ersatz.evaluation.figures import draw_all
 from ersatz.evaluation.page import html_report, shown
+from ersatz.evaluation.results import Results, Standing
 from ersatz.evaluation.sweeps import tidy
 
 TABLE = ("top1", "rr", "ndcg", "f1")

@@ -10,7 +10,7 @@ import numpy as np
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
-from ersatz.knowledge.updates import read_qualities
+from ersatz.knowledge.reader import read_qualities
 from ersatz.measurements import Block, Origin, Property, Source
 
 Grounder: TypeAlias = Callable[[Sequence[Block], int, int], KnowledgeBase]

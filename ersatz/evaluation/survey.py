@@ -19,7 +19,8 @@ from types import TracebackType
 from typing import Final, TypeAlias
 
 from ersatz.errors import ErsatzWarning, InputError, LockedError, UnknownNameError
-from ersatz.evaluation.scenarios import NONE, Scenario, save_scenarios, with_ballots
+from ersatz.evaluation.scenario_files import save_scenarios
+from ersatz.evaluation.scenarios import NONE, Scenario, with_ballots
 
 HEADER: Final = ("scenario", "expert", "choice")
 EXPERT: Final = re.compile(r"[a-z0-9]{1,32}")

@@ -23,7 +23,12 @@ class Estimate:
 
     def to_json(self) -> dict[str, float | int | None]:
         """Return it in JSON's types, rounded so that it is the same on every machine."""
-        return {"mean": _six(self.mean), "low": _six(self.low), "high": _six(self.high), "count": self.count}
+        return {
+            "mean": six_digits(self.mean),
+            "low": six_digits(self.low),
+            "high": six_digits(self.high),
+            "count": self.count,
+        }
 
 
 def estimate(
@@ -116,8 +121,8 @@ def experts_alpha(scenarios: Sequence[Scenario]) -> dict[str, float | None]:
         [str(s.ballots[e] == name) for e in sorted(s.ballots)] for s in scenarios for name in s.available
     ]
     return {
-        "choices": _six(krippendorff_alpha(choices)),
-        "objects": _six(krippendorff_alpha(objects)),
+        "choices": six_digits(krippendorff_alpha(choices)),
+        "objects": six_digits(krippendorff_alpha(objects)),
     }
 
 
@@ -178,5 +183,6 @@ def _by_group(
     return sums, counts
 
 
-def _six(value: float | None) -> float | None:
+def six_digits(value: float | None) -> float | None:
+    """Return a number as it is printed: with six fraction digits, and never as minus zero."""
     return None if value is None else round(value, 6) + 0.0

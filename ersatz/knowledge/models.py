@@ -105,6 +105,7 @@ class Candidate:
     ----------
     iri : str
         Of the candidate's class, or of the instance.
+    is_class : bool
     similarity : Decimal
         Rounded half-even to 6 places; in [0, 1].
     accepted : bool
@@ -114,6 +115,7 @@ class Candidate:
     """
 
     iri: str
+    is_class: bool
     similarity: Decimal
     accepted: bool
     shared: tuple[str, ...]

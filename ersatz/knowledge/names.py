@@ -11,11 +11,14 @@ with one name are an error where they meet (`distinct`).
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 from ersatz.errors import InputError
 from ersatz.knowledge.vocabulary import KB
+
+_SELECTOR = re.compile("[\U000e0100-\U000e01ef]")
+"""Marks that choose a variant of a glyph: the only letters, marks and digits an IRI cannot have."""
 
 
 @lru_cache(maxsize=1 << 14)
@@ -70,8 +73,18 @@ def distinct(named: Iterable[tuple[str, str]]) -> None:
             )
 
 
+def refuse_renamed(iri: str, label: str, named: Callable[[str], str]) -> None:
+    """Raise if a label is not the one an IRI was made of: what is to be removed could not be found by it."""
+    if named(label) != iri:
+        raise InputError(
+            f"{local_name(iri)!r} has been given the label {label!r}, of which {local_name(named(label))!r} "
+            "would be made: give it back its one English rdfs:label, and say other names as skos:altLabel"
+        )
+
+
 def _words(label: str) -> list[str]:
-    kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in _normal(label))
+    plain = _SELECTOR.sub("", _normal(label))
+    kept = (char if unicodedata.category(char)[0] in "LMN" else " " for char in plain)
     words = [word for word in "".join(kept).split() if any(map(str.isalnum, word))]
     if not words:
         raise InputError(f"{label!r} cannot be a name: it has neither letter nor digit")

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator
 from heapq import merge
 from itertools import chain, groupby, islice
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import IO, Any, Final, TypeAlias, TypeVar
 
 import pyoxigraph as ox
@@ -125,6 +124,8 @@ def _joined(ordered: Iterable[Paragraph]) -> Iterator[Paragraph]:
 
 def _spill(rows: Iterable[object], folder: Path | None) -> IO[bytes]:
     """Write rows to a temporary file in blocks, each after its length."""
+    from tempfile import TemporaryFile
+
     file = TemporaryFile(dir=folder)  # noqa: SIM115  closed by who reads it
     for block in batched(rows, _BLOCK):
         data = marshal.dumps(block)

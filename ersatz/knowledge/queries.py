@@ -6,24 +6,18 @@ by an engine is silently wrong where a name is misspelt.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Final, TypeAlias, overload
-
-import pyoxigraph as ox
+from typing import Final, TypeAlias
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.terms import decimal, finite, integer, iri, text
-from ersatz.knowledge.vocabulary import XSD
 from ersatz.measurements import DIGITS, LARGEST
 from ersatz.resources import SPARQL
-
-Value: TypeAlias = str | int | Decimal | bool | None
-"""A cell of an answer: IRIs and strings as str, numbers as int or Decimal, unbound as None."""
 
 Argument: TypeAlias = str | int | float | Decimal | Fraction | Sequence[str]
 Resolver: TypeAlias = Callable[[str, str], str]
@@ -120,55 +114,6 @@ class Query:
         return _PARAMETER.sub(lambda found: terms[found[1]], self.text)
 
 
-@dataclass(frozen=True, slots=True)
-class Answer(Sequence[Mapping[str, Value]]):
-    """The rows of an answer, each a mapping from variable to value.
-
-    Attributes
-    ----------
-    variables : tuple of str
-    rows : tuple of tuples of Value
-    triples : tuple of triples
-        Of a CONSTRUCT or DESCRIBE query, the same as RDF terms.
-    """
-
-    variables: tuple[str, ...]
-    rows: tuple[tuple[Value, ...], ...]
-    triples: tuple[ox.Triple, ...] = ()
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.rows)
-
-    def to_turtle(self) -> str:
-        """Return the triples of a CONSTRUCT or DESCRIBE query as Turtle.
-
-        Raises
-        ------
-        InputError
-            If the answer is a table.
-        """
-        from ersatz.knowledge.turtle import turtle
-
-        if not self.triples:
-            raise InputError("only the answer of a CONSTRUCT or DESCRIBE query is RDF: choose another format")
-        return "".join(turtle(self.triples))
-
-    def __iter__(self) -> Iterator[Mapping[str, Value]]:
-        """Yield the rows."""
-        return (dict(zip(self.variables, row, strict=True)) for row in self.rows)
-
-    @overload
-    def __getitem__(self, at: int) -> Mapping[str, Value]: ...
-    @overload
-    def __getitem__(self, at: slice) -> Sequence[Mapping[str, Value]]: ...
-    def __getitem__(self, at: int | slice) -> Mapping[str, Value] | Sequence[Mapping[str, Value]]:
-        """Return one row, or some."""
-        if isinstance(at, slice):
-            return Answer(self.variables, self.rows[at])
-        return dict(zip(self.variables, self.rows[at], strict=True))
-
-
 @cache
 def stored_query(name: str) -> Query:
     """Return a question of `sparql/` by its name, such as "classes" or "checks/missing_label".
@@ -178,9 +123,10 @@ def stored_query(name: str) -> Query:
     UnknownNameError
         If there is none; the nearest names are offered.
     """
-    if name not in (names := query_names()):
-        raise UnknownNameError("query", name, names)
-    return Query.parse(name, (SPARQL / f"{name}.rq").read_text(encoding="utf-8"))
+    path = SPARQL / f"{name}.rq"
+    if not re.fullmatch(r"\w+(/\w+)*", name) or not path.is_file():
+        raise UnknownNameError("query", name, query_names())
+    return Query.parse(name, path.read_text(encoding="utf-8"))
 
 
 def query_names(folder: str = "") -> tuple[str, ...]:
@@ -215,28 +161,6 @@ def refuse_foreign_access(source: str) -> None:
 def unescaped(source: str) -> str:
     """Return a query as engines read it: they decode \\uXXXX before anything else."""
     return _ESCAPE.sub(lambda found: chr(min(int(found[1] or found[2], 16), 0x10FFFF)), source)
-
-
-def value_of(term: object) -> Value:
-    """Return an RDF term as a Python value."""
-    if isinstance(term, ox.Literal):
-        try:
-            return _literal_value(term.value, term.datatype.value.removeprefix(XSD))
-        except (ValueError, ArithmeticError):
-            return term.value  # not of the type it claims
-    if isinstance(term, ox.NamedNode | ox.BlankNode):
-        return term.value
-    return None if term is None else str(term)
-
-
-def _literal_value(text: str, kind: str) -> Value:
-    if kind == "decimal":
-        return Decimal(text)
-    if kind in ("integer", "int", "long", "nonNegativeInteger", "positiveInteger"):
-        return int(text)
-    if kind in ("double", "float"):
-        return Decimal(repr(float(text)))
-    return text in ("true", "1") if kind == "boolean" else text
 
 
 def exact(value: str | float | Decimal | Fraction, name: str = "value") -> Fraction:

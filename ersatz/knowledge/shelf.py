@@ -20,10 +20,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 FORMAT: Final = 1
 FOLDER: Final = "index"
@@ -46,7 +46,7 @@ class Shelf:
         IRIs of the subjects of all triples added or removed since the arrays were made.
     """
 
-    arrays: Mapping[str, NDArray[Any]]
+    arrays: "Mapping[str, NDArray[Any]]"
     about: Any
     changed: frozenset[str]
 
@@ -60,8 +60,9 @@ def subjects(lines: Iterable[str]) -> set[str]:
     return {line.split(" ", 1)[0].strip("<>") for line in lines}
 
 
-def keep(snapshot: Path, revision: str, arrays: Mapping[str, NDArray[Any]], about: Any) -> None:
+def keep(snapshot: Path, revision: str, arrays: "Mapping[str, NDArray[Any]]", about: Any) -> None:
     """Keep arrays in a snapshot, in place of what is kept there; do nothing where one may not write."""
+    import numpy as np
 
     def fill(folder: Path) -> None:
         for name, array in arrays.items():
@@ -74,6 +75,8 @@ def keep(snapshot: Path, revision: str, arrays: Mapping[str, NDArray[Any]], abou
 
 def find(snapshot: Path, revision: str) -> Shelf | None:
     """Return what is kept in a snapshot, if it is whole and of this revision."""
+    import numpy as np
+
     try:
         found = _read_manifest(snapshot)
         if found is None or found["revision"] != revision:

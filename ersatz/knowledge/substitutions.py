@@ -10,8 +10,7 @@ from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.models import Candidate, Chances, Drawing, SubstitutionModel
 from ersatz.knowledge.names import local_name, snake_iri, snake_name
 from ersatz.knowledge.queries import exact
-from ersatz.knowledge.stores import lines_of
-from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, text
+from ersatz.knowledge.terms import decimal, finite, individual, integer, iri, lines_of, text
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -19,7 +18,8 @@ if TYPE_CHECKING:
 
 def substitution_iri(tool: str, settings: str, revision: str) -> str:
     """Return the IRI of the answer for a tool's IRI under these settings and this state of knowledge."""
-    key = sha256(f"{settings}\n{revision}".encode()).hexdigest()[:16]
+    # The tool as well: "mug" and "MUG" are two classes of one snake_case name.
+    key = sha256(f"{tool}\n{settings}\n{revision}".encode()).hexdigest()[:16]
     return f"{v.KB}substitution_{snake_name(local_name(tool))}_{key}"
 
 
@@ -29,13 +29,13 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
     tool = local_name(model.missing)
     yield from individual(subject, v.SUBSTITUTION_MODEL, f"what stands in for {tool}")
     for predicate, value in (
-        (v.MISSING_TOOL, _thing(model.missing)),
+        (v.MISSING_TOOL, _model_of(model.missing)),
         (v.THETA, decimal(finite(model.theta))),
         (v.RELEVANCE_PHI, decimal(finite(model.relevance_phi))),
         (v.PHI, decimal(finite(model.phi))),
         (v.SETTINGS, text(model.settings)),
         (v.REVISION, text(model.revision)),
-        (v.WAS_GENERATED_BY, iri(f"{v.KB}build_1")),
+        (v.WAS_GENERATED_BY, v.BUILD),
     ):
         yield f"{subject} {predicate} {value} .\n"
     if model.drawing:
@@ -58,6 +58,13 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
     relevance = kb.ask("substitution_relevance", model=model_iri)
     parts: dict[str, dict[str, list[str]]] = {}
     decisions: dict[str, tuple[Decimal, bool]] = {}
+    classes = {
+        str(found["class"])
+        for found in kb.query(
+            f"SELECT ?class WHERE {{ {iri(model_iri)} "
+            f"{v.HAS_CANDIDATE}/{v.CANDIDATE}/{v.DESCRIBES_CLASS} ?class }}"
+        )
+    }
     for found in kb.ask("substitution_candidates", model=model_iri):
         key = str(found["candidate"])
         decisions[key] = Decimal(str(found["similarity"])), found["accepted"] in (True, 1)
@@ -75,16 +82,24 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
         str(row["revision"]),
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "physical"),
         tuple(local_name(str(one["quality"])) for one in relevance if one["kind"] == "functional"),
-        tuple(_candidate(key, *decisions[key], parts[key], chances.get(key)) for key in sorted(decisions)),
+        tuple(
+            _candidate(key, key in classes, *decisions[key], parts[key], chances.get(key))
+            for key in sorted(decisions)
+        ),
         drawing,
     )
 
 
 def _candidate(
-    name: str, similarity: Decimal, accepted: bool, parts: Mapping[str, list[str]], chances: Chances | None
+    name: str,
+    is_class: bool,
+    similarity: Decimal,
+    accepted: bool,
+    parts: Mapping[str, list[str]],
+    chances: Chances | None,
 ) -> Candidate:
     shared, lacking, extra = (tuple(sorted(parts[part])) for part in ("shared", "lacking", "extra"))
-    return Candidate(name, similarity, accepted, shared, lacking, extra, chances)
+    return Candidate(name, is_class, similarity, accepted, shared, lacking, extra, chances)
 
 
 def _chances(kb: "KnowledgeBase", model_iri: str) -> tuple[dict[str, Chances], Drawing | None]:
@@ -131,7 +146,8 @@ def all_substitution_lines(kb: "KnowledgeBase") -> Iterator[str]:
 
 def _candidate_lines(subject: str, model_iri: str, tool: str, candidate: Candidate) -> Iterator[str]:
     name = local_name(candidate.iri)
-    node, thing = iri(f"{model_iri}__{name}"), _thing(candidate.iri)
+    node = iri(f"{model_iri}__{name}")
+    thing = _model_of(candidate.iri) if candidate.is_class else iri(candidate.iri)
     yield f"{subject} {v.HAS_CANDIDATE} {node} .\n"
     yield f"{subject} {v.SUBSTITUTE if candidate.accepted else v.NON_SUBSTITUTE} {thing} .\n"
     yield from individual(node, v.CANDIDATE_CLASS, f"{name} for {tool}: {candidate.similarity}")
@@ -152,10 +168,9 @@ def _candidate_lines(subject: str, model_iri: str, tool: str, candidate: Candida
             yield f"{node} {predicate} {iri(snake_iri(one))} .\n"
 
 
-def _thing(name: str) -> str:
-    """Return the individual that stands for a candidate: a class's model, or the instance itself."""
-    local = local_name(name)
-    return iri(f"{v.KB}model_{local}" if local[0].isupper() or not name.startswith(v.KB) else name)
+def _model_of(concept: str) -> str:
+    """Return the individual that stands for a class, which is none itself: its model."""
+    return iri(f"{v.KB}model_{local_name(concept)}")
 
 
 def _decimal(value: object) -> Decimal:

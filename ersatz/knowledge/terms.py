@@ -1,14 +1,14 @@
 """Terms as RDF writes them: canonical, so that equal values are equal text in every store."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import lru_cache
 
-from pyoxigraph import Literal, NamedNode
+from pyoxigraph import Literal, NamedNode, Quad, Triple
 
 from ersatz.errors import InputError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.vocabulary import LABEL, NAMED_INDIVIDUAL, TYPE, XSD
 
 _DECIMAL = f"^^<{XSD}decimal>"
@@ -114,7 +114,19 @@ def iri(value: str) -> str:
     return str(NamedNode(value))
 
 
-def individual(subject: str, type_: object, label: str) -> Iterator[str]:
+def lines_of(triples: Iterable[Triple | Quad]) -> Iterator[str]:
+    """Yield triples as lines of N-Triples; of quads, what they say in their graph."""
+    for triple in triples:
+        yield f"{triple.subject} {triple.predicate} {triple.object} .\n"
+
+
+def statements(subject: object, *pairs: tuple[object, object]) -> Iterator[str]:
+    """Yield one triple for each pair of a predicate and its value."""
+    for predicate, value in pairs:
+        yield f"{subject} {predicate} {value} .\n"
+
+
+def individual(subject: object, type_: object, label: str) -> Iterator[str]:
     """Yield what is said of every named thing: that it is an individual, its type, its English label."""
     yield f"{subject} {_TYPE} {_INDIVIDUAL} .\n"
     yield f"{subject} {_TYPE} {type_} .\n"

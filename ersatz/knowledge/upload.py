@@ -17,13 +17,13 @@ from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.paragraphs import batched, lines
 from ersatz.knowledge.remote import RemoteStore
+from ersatz.knowledge.revision import revision_line
 from ersatz.knowledge.terms import integer
 from ersatz.knowledge.transport import Transport, checked
-from ersatz.knowledge.writer import BUILD, revision_line
 
 _DEFAULT_STAGE: Final = "https://w3id.org/ersatz/kb/upload"
 """Where a new knowledge base waits for its place in the default graph."""
-_FORMAT: Final = f"{BUILD} {v.FORMAT} "
+_FORMAT: Final = f"{v.BUILD} {v.FORMAT} "
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class _Server:
         parts = urlsplit(self._url)
         query = f"default-graph-uri={quote(graph, safe='')}" if graph else ""
         store = self._reading(parts._replace(query=query).geturl())
-        known: Any = store.query(f"SELECT ?p ?o WHERE {{ {BUILD} ?p ?o }}")
+        known: Any = store.query(f"SELECT ?p ?o WHERE {{ {v.BUILD} ?p ?o }}")
         said = {str(row["p"]): row["o"].value for row in known}
         count: Any = store.query("SELECT (COUNT(*) AS ?n) WHERE { ?s ?p ?o }")
         return _State(int(next(iter(count))["n"].value), said.get(str(v.REVISION), ""), str(v.FORMAT) in said)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pyoxigraph as ox
 
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.terms import lines_of
 from ersatz.resources import ONTOLOGY
 
 if TYPE_CHECKING:
@@ -26,8 +27,7 @@ def rdflib_graph(triples: Iterable[ox.Triple]) -> "rdflib.Graph":
         def update(self, *_: object, **__: object) -> NoReturn:
             raise ModificationException  # rdflib would say nothing to CLEAR
 
-    lines = "".join(f"{t.subject} {t.predicate} {t.object} .\n" for t in triples)
-    view = _ReadOnly([rdflib.Graph().parse(data=lines, format="nt")])
+    view = _ReadOnly([rdflib.Graph().parse(data="".join(lines_of(triples)), format="nt")])
     for prefix, namespace in v.PREFIXES.items():
         view.namespace_manager.store.bind(prefix, rdflib.URIRef(namespace))
     return view
@@ -44,11 +44,9 @@ def owlready2_ontology(triples: Iterable[ox.Triple]) -> Any:
     world = owlready2.World()
     with tempfile.TemporaryDirectory() as folder:
         terms = ox.parse(path=str(ONTOLOGY / "ersatz.ttl"), format=ox.RdfFormat.TURTLE)
-        for name, iri, quads in (("terms", v.ONTOLOGY.value, terms), ("kb", v.KB_ONTOLOGY.value, triples)):
+        for name, iri, said in (("terms", v.ONTOLOGY.value, terms), ("kb", v.KB_ONTOLOGY.value, triples)):
             file = Path(folder) / f"{name}.nt"
-            file.write_text(
-                "".join(f"{q.subject} {q.predicate} {q.object} .\n" for q in quads), encoding="utf-8"
-            )
+            file.write_text("".join(lines_of(said)), encoding="utf-8")
             with file.open("rb") as handle:
                 ontology = world.get_ontology(f"{iri}#").load(fileobj=handle)
     return ontology

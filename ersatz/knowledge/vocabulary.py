@@ -27,6 +27,9 @@ PREFIXES: Final = {
 
 ONTOLOGY: Final = NamedNode("https://w3id.org/ersatz")
 KB_ONTOLOGY: Final = NamedNode("https://w3id.org/ersatz/kb")
+BUILD: Final = NamedNode(KB + "build_1")
+"""The build record of a knowledge base."""
+
 FORMAT_VERSION: Final = 1
 """Raised whenever an older ERSATZ could misread a knowledge base."""
 

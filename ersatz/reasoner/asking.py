@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ersatz.errors import InputError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.confidence import SURE
 from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook

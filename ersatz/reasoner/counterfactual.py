@@ -203,8 +203,8 @@ def _steps(comparison: Comparison) -> Steps:
     thresholds = sorted({Fraction(1), *own, *(one for row in everywhere for one in row)}, key=float)
     physical, functional = in_use(known, settings)
     tool = known.classes.only([comparison.tool])
-    mine = np.stack([tool.representative(theta)[0] for theta in thresholds])
-    goes = np.stack([known.functions.representative(theta) for theta in thresholds])
+    mine = tool.representative_at(thresholds)[:, 0]
+    goes = known.functions.representative_at(thresholds)
     joined, determined = relevant_sets(mine, goes, known.columns, physical, functional, settings)
     return Steps(tuple(thresholds), joined, determined)
 
@@ -217,7 +217,7 @@ def _decisions(comparison: Comparison, tool: Steps, steps: Sequence[Fraction]) -
     if comparison.row >= 0:
         own = comparison.knowledge.classes.only([comparison.row])
         physical, _ = in_use(comparison.knowledge, comparison.settings)
-        held = np.stack([own.representative(step)[0] for step in steps]) & physical
+        held = own.representative_at(steps)[:, 0] & physical
     numerators, denominators = compare(pack(relevant), pack(held), comparison.settings.similarity)
     return tool.determined[at] & above(numerators, denominators, comparison.settings.tolerance)
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.reasoner.representative import Memberships, QualityTerm
 
 PRIOR: Final = 1.0
@@ -58,7 +58,7 @@ class Posterior:
         """Return (n, q): P(m >= theta), exact."""
         return beta_above(self.alpha, self.of_property(self.alpha) - self.alpha, theta)
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those of a property add up to 1.
 
         One call for many draws gives the same numbers as several for a few.
@@ -67,7 +67,7 @@ class Posterior:
         return drawn / np.maximum(self.of_property(drawn), np.finfo(np.float64).tiny)
 
     def foresee(
-        self, draws: int, chance: np.random.Generator, further: NDArray[np.int64]
+        self, draws: int, chance: "np.random.Generator", further: NDArray[np.int64]
     ) -> NDArray[np.float64]:
         """Return (draws, n, q) degrees that would be observed with more objects, those seen among them.
 

@@ -130,6 +130,12 @@ class ReasonerSettings:
             object.__setattr__(self, "properties", tuple(sorted(self.properties)))
         self._check_combination()
 
+    def __hash__(self) -> int:
+        """Return a hash of what usually differs: those of five fractions would take as long as an answer."""
+        return hash(
+            (self.representative.as_integer_ratio(), self.similarity, self.properties, self.certainty)
+        )
+
     @property
     def ratio(self) -> tuple[Fraction, Fraction]:
         """Tversky's alpha and beta of the similarity, where it is a ratio of shares."""

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase, View
 from ersatz.knowledge.models import ClassModel, Entry, FunctionModel
 from ersatz.measurements import Kind
@@ -65,8 +66,16 @@ class Memberships:
         step = max(BLOCK // max(self.counts.shape[1], 1), 1)
         for start in range(0, len(found), step):
             counts, totals = self.counts[start : start + step], self.totals[start : start + step]
-            np.logical_and(counts > 0, at_least(counts, totals, theta), out=found[start : start + step])
+            np.logical_and(counts > 0, at_least(counts, totals, [theta])[0], out=found[start : start + step])
         return found
+
+    def representative_at(self, thetas: Sequence[Fraction]) -> NDArray[np.bool_]:
+        """Return (t, c, q): what is representative at each of several thresholds."""
+        step = max(BLOCK // max(self.counts.size, 1), 1)
+        pieces = (thetas[start : start + step] for start in range(0, len(thetas), step))
+        return np.concatenate([at_least(self.counts, self.totals, some) for some in pieces]) & (
+            self.counts > 0
+        )
 
     def only(self, rows: Sequence[int]) -> "Memberships":
         """Return the memberships of some concepts."""
@@ -130,6 +139,23 @@ load_knowledge: Final = View(_load, _refresh)
 """All class knowledge and function models of a knowledge base, by `kb.view(load_knowledge)`."""
 
 
+def class_row(kb: KnowledgeBase, known: Knowledge, name: str) -> int:
+    """Return the row of a class among `Knowledge.classes`.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such class.
+    InputError
+        If it is one that somebody added by hand, of which nothing was measured.
+    """
+    row = known.row_of_name.get(name)
+    row = known.row_of_class.get(kb.resolve(name, "class")) if row is None else row
+    if row is None:
+        raise InputError(f"class {name!r} has no model, or no English label: run `ersatz check`")
+    return row
+
+
 def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
     """Return what is known of a class.
 
@@ -139,7 +165,7 @@ def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
         If no class has the name.
     """
     known = kb.view(load_knowledge)
-    row = known.row_of_class[kb.resolve(name, "class")]
+    row = class_row(kb, known, name)
     return ClassModel(
         known.classes.names[row],
         known.classes.iris[row],
@@ -163,14 +189,16 @@ def function_model(kb: KnowledgeBase, name: str) -> FunctionModel:
     )
 
 
-def at_least(counts: NDArray[np.int64], totals: NDArray[np.int64], theta: Fraction) -> NDArray[np.bool_]:
-    """Return whether counts / totals >= theta, in whole numbers however large."""
-    a, b = theta.denominator, theta.numerator
+def at_least(
+    counts: NDArray[np.int64], totals: NDArray[np.int64], thetas: Sequence[Fraction]
+) -> NDArray[np.bool_]:
+    """Return (t, ...): whether counts / totals >= each theta, in whole numbers however large."""
     largest = max(int(counts.max(initial=0)), int(totals.max(initial=0)))
-    if max(a, b) * largest >= 2**63:
-        exact: NDArray[np.bool_] = (counts.astype(object) * a >= totals.astype(object) * b).astype(bool)
-        return exact
-    return counts * a >= totals * b
+    factors = [(theta.denominator, theta.numerator) for theta in thetas]
+    kind = np.int64 if max(map(max, factors)) * largest < 2**63 else object
+    a, b = np.array(factors, dtype=kind).T.reshape(2, -1, *(1,) * counts.ndim)
+    found: NDArray[np.bool_] = (counts * a >= totals * b).astype(bool, copy=False)
+    return found
 
 
 def pack(bits: NDArray[np.bool_]) -> NDArray[np.uint64]:

@@ -59,7 +59,7 @@ class Question:
     population: Population | None = None
 
     def degrees(
-        self, of: Posterior, rows: NDArray[np.int64] | None, draws: int, chance: np.random.Generator
+        self, of: Posterior, rows: NDArray[np.int64] | None, draws: int, chance: "np.random.Generator"
     ) -> NDArray[np.float64]:
         """Return (draws, n, q) degrees drawn, of some classes or of the functions (None)."""
         further = self.to_come(of, rows)
@@ -223,7 +223,7 @@ class _Objects:
     likely: NDArray[np.float64]
     classes: Posterior
 
-    def draw(self, draws: int, chance: np.random.Generator) -> NDArray[np.float64]:
+    def draw(self, draws: int, chance: "np.random.Generator") -> NDArray[np.float64]:
         """Return (draws, n, q) degrees; those drawn are 0 and 1."""
         shape = (draws, *self.held.shape)
         uniform = chance.random((draws, len(self.held), 1 + self.held.shape[1]))

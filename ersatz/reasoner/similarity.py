@@ -44,6 +44,8 @@ RATIOS: Final = {
 }
 """Tversky's alpha and beta: the weights of |A - B| and |B - A| beside |A & B|."""
 
+_TWICE: Final = {form: (int(2 * alpha), int(2 * beta)) for form, (alpha, beta) in RATIOS.items()}
+
 
 def compare(
     relevant: NDArray[np.uint64],
@@ -69,7 +71,7 @@ def compare(
     """
     shared, wanted = set_sizes(candidates & relevant), set_sizes(relevant)
     size = set_sizes(candidates) if sizes is None else sizes
-    one, two = (int(2 * weight) for weight in RATIOS[form])
+    one, two = _TWICE[form]
     # shared + lacking + extra, weighed; with lacking = wanted - shared and extra = size - shared.
     denominators = (2 - one - two) * shared + two * size + one * wanted
     return 2 * shared, denominators if np.all(wanted) else np.maximum(denominators, 1)
@@ -81,10 +83,16 @@ def above(numerators: NDArray[Any], denominators: NDArray[Any], tolerance: Fract
     if numerators.dtype.kind == "f":
         near: NDArray[np.bool_] = numerators > denominators * float(tolerance)
         return near
-    largest = max(int(numerators.max(initial=0)), int(denominators.max(initial=0)))
+    largest = (
+        2**31 if numerators.dtype == denominators.dtype == np.int32 else _largest(numerators, denominators)
+    )
     room = np.int64 if max(a, b) * largest < 2**63 else object
     exact: NDArray[np.bool_] = numerators.astype(room) * a > denominators.astype(room) * b
     return exact.astype(bool)
+
+
+def _largest(*arrays: NDArray[Any]) -> int:
+    return max(int(array.max(initial=0)) for array in arrays)
 
 
 def ratios(numerators: NDArray[Any], denominators: NDArray[Any]) -> NDArray[np.float32] | NDArray[np.float64]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any, overload
+from typing import Any, Final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from ersatz.knowledge.substitutions import load_substitution, remembered, substi
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain, proportion_text
 from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
-from ersatz.reasoner.candidates import Candidates, class_row, gather
+from ersatz.reasoner.candidates import Candidates, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
@@ -38,9 +38,12 @@ from ersatz.reasoner.relevance import (
     Spacing,
     relevance,
 )
-from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import best_first, compare, ratios
+
+USUAL: Final = ReasonerSettings()
+"""The paper's settings; made once, for a planner asks in its inner loop."""
 
 
 class Status(StrEnum):
@@ -292,6 +295,7 @@ class Ranking(Sequence[Substitute]):
         found = (
             Candidate(
                 self.candidates.iris[row],
+                bool(self.candidates.rows[row] >= 0),
                 Decimal(proportion_text(int(self.numerators[row]), int(self.denominators[row]))),
                 self._accepts(self._ratio(row)),
                 named(relevant & rows[row]),
@@ -375,7 +379,7 @@ def rank_substitutes(
     """
     if top is not None and top < 1:
         raise InputError(f"top is {top}: rank at least one")
-    settings = settings or ReasonerSettings()
+    settings = settings or USUAL
     known = kb.view(load_knowledge)
     tool = class_row(kb, known, missing)
     index = (graded_index if settings.graded else crisp_index)(kb, settings)

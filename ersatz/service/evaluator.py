@@ -9,7 +9,8 @@ import pyoxigraph as ox
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.stores import Store
-from ersatz.knowledge.vocabulary import KB_ONTOLOGY, REVISION
+from ersatz.knowledge.terms import lines_of
+from ersatz.knowledge.vocabulary import BUILD, KB_ONTOLOGY, REVISION
 from ersatz.resources import ONTOLOGY
 from ersatz.service.frames import DATA, END, KIND, REFUSED, Job, frame
 from ersatz.service.functions import Function, similarity_functions
@@ -145,9 +146,8 @@ def _about(engine: ox.Store, node: ox.NamedNode) -> Iterator[ox.Triple]:
 
 
 def _lines(engine: ox.Store) -> Iterator[str]:
-    for quad in engine:
-        if quad.predicate != REVISION or not str(quad.subject).endswith("build_1>"):
-            yield f"{quad.subject} {quad.predicate} {quad.object} .\n"
+    """Yield all that is said but for the revision."""
+    return lines_of(quad for quad in engine if quad.predicate != REVISION or quad.subject != BUILD)
 
 
 def _content_type(media: str) -> str:

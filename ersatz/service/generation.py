@@ -14,7 +14,8 @@ import pyoxigraph as ox
 
 from ersatz.errors import KnowledgeBaseError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.stores import format_of, is_directory_store
+from ersatz.knowledge.directory import is_directory_store
+from ersatz.knowledge.stores import format_of
 
 Greet = Callable[["Generation", asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 

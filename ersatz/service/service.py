@@ -10,8 +10,9 @@ from typing import TypeVar
 import pyoxigraph as ox
 
 from ersatz.errors import ErsatzError, InputError, KnowledgeBaseError, LockedError
-from ersatz.knowledge.base import SHIPPED, KnowledgeBase
+from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
+from ersatz.knowledge.opening import SHIPPED
 from ersatz.knowledge.vocabulary import FORMAT
 from ersatz.resources import ONTOLOGY
 from ersatz.service.frames import Job

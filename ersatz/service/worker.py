@@ -17,7 +17,8 @@ import pyoxigraph as ox
 
 from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.stores import DirectoryStore, MemoryStore, Store
+from ersatz.knowledge.directory import DirectoryStore
+from ersatz.knowledge.stores import MemoryStore, Store
 from ersatz.service.confinement import confine
 from ersatz.service.evaluator import Evaluator
 from ersatz.service.frames import HEADER, HELLO, JOB, Job, frame

@@ -9,13 +9,11 @@ from scipy.spatial import cKDTree
 
 from ersatz.acquisition.camera import (
     CameraSettings,
-    Intrinsics,
-    SensorNoise,
     VirtualCamera,
-    add_noise,
     cloud_view,
     viewing_directions,
 )
+from ersatz.acquisition.depth_sensor import Intrinsics, SensorNoise, add_noise
 from ersatz.acquisition.parametric import box, sphere
 from ersatz.acquisition.scans import read_scan
 from ersatz.errors import InputError, ScanError
@@ -34,7 +32,7 @@ def test_a_perfect_camera_sees_the_near_half_of_a_ball() -> None:
 
 def test_noise_has_the_size_and_steps_of_the_sensor() -> None:
     flat = np.full((100, 100), 0.7)
-    noisy = add_noise(flat, np.ones_like(flat), CameraSettings(), np.random.default_rng(0))
+    noisy = add_noise(flat, np.ones_like(flat), Intrinsics(), SensorNoise(), np.random.default_rng(0))
     unit = 570.3 * 0.075
     assert (unit / noisy / 0.125) == pytest.approx(np.round(unit / noisy / 0.125), abs=1e-6)
     expected = np.hypot(0.35 * (0.0012 + 0.0019 * 0.3**2), 0.7**2 * 0.125 / unit / np.sqrt(12))
@@ -47,7 +45,7 @@ def test_grazing_surfaces_and_edges_drop_out() -> None:
     depth[:, 25:] = 0.8
     slant = np.ones_like(depth)
     slant[:10] = np.cos(np.radians(85))
-    noisy = add_noise(depth, slant, CameraSettings(), np.random.default_rng(0))
+    noisy = add_noise(depth, slant, Intrinsics(), SensorNoise(), np.random.default_rng(0))
     assert not np.isfinite(noisy[:10]).any()
     beside = np.isfinite(noisy[11:-1, 24:26])
     assert 0.3 < beside.mean() < 0.7

@@ -12,36 +12,11 @@ from numpy.typing import NDArray
 
 from ersatz.acquisition.expert import Expert, read_expert
 from ersatz.acquisition.expert.distributions import make
+from ersatz.acquisition.layouts import PAPER_SELECTION
 from ersatz.errors import InputError
 from ersatz.measurements import PROPERTIES, Kind, Measurements, Origin
 
 SHIPPED = Path(__file__).resolve().parents[2] / "ersatz" / "data" / "expert.toml"
-
-# Instances times scans a category: Table 1 of the paper.
-TABLE_1 = {
-    "ball": (7, 5),
-    "binder": (3, 10),
-    "bowl": (6, 5),
-    "cap": (4, 8),
-    "cereal box": (5, 6),
-    "coffee mug": (8, 4),
-    "flashlight": (5, 6),
-    "food bag": (8, 4),
-    "food box": (12, 3),
-    "food can": (14, 2),
-    "food cup": (5, 6),
-    "food jar": (6, 5),
-    "hand towel": (5, 6),
-    "keyboard": (5, 6),
-    "kleenex": (5, 6),
-    "notebook": (5, 6),
-    "pitcher": (3, 10),
-    "plate": (7, 5),
-    "shampoo": (6, 5),
-    "soda can": (6, 5),
-    "sponge": (12, 3),
-    "water bottle": (9, 4),
-}
 
 HEAD = "format = 1\n"
 TRAY = """
@@ -343,7 +318,7 @@ def test_the_shipped_file_has_the_papers_classes_and_counts(shipped: Expert) -> 
     counts = {c.name: (len(c.instances), c.scans) for c in shipped.classes}
     assert "running example" in next(c.note for c in shipped.classes if c.name == "tray")
     assert counts.pop("tray") == (5, 6)
-    assert counts == TABLE_1
+    assert counts == PAPER_SELECTION
     assert sum(n for n, _ in counts.values()) == 146
     assert sum(n * scans for n, scans in counts.values()) == 692
 

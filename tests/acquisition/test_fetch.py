@@ -1,68 +1,24 @@
 """Fetching from a server on this machine: whole, resumed, spoiled, missing."""
 
-import functools
-import http.server
-import io
 import json
-import tarfile
-import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import ClassVar
 
+import numpy as np
 import pytest
 
 from ersatz.acquisition.fetch import DATA_SETS, RECORD, fetch
 from ersatz.errors import InputError, UnknownNameError
-
-
-class Server(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder, with ranges; breaks off after `limit` bytes if that is set."""
-
-    limit: ClassVar[int | None] = None
-    asked: ClassVar[list[str | None]] = []
-
-    def do_GET(self) -> None:
-        path = Path(self.translate_path(self.path))
-        if not path.is_file():
-            self.send_error(404)
-            return
-        data = path.read_bytes()
-        wanted = self.headers.get("Range")
-        Server.asked.append(wanted)
-        start = int(wanted.removeprefix("bytes=").rstrip("-")) if wanted else 0
-        if start >= len(data):
-            self.send_error(416)
-            return
-        self.send_response(206 if wanted else 200)
-        self.send_header("Content-Length", str(len(data) - start))
-        self.end_headers()
-        self.wfile.write(data[start:][: Server.limit])
-
-    def log_message(self, *_: object) -> None:
-        """Stay silent."""
+from tests.archives import Server, archive, served
 
 
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[tuple[str, Path]]:
     folder = tmp_path / "site"
     folder.mkdir()
-    content = io.BytesIO()
-    with tarfile.open(fileobj=content, mode="w") as archive:
-        info = tarfile.TarInfo("bowl/bowl_1/bowl_1_1_1.pcd")
-        info.size = 300_000
-        archive.addfile(info, io.BytesIO(bytes(range(250)) * 1200))
-    (folder / "bowl_1.tar").write_bytes(content.getvalue())
-    Server.limit, Server.asked = None, []
-    server = http.server.ThreadingHTTPServer(
-        ("127.0.0.1", 0), functools.partial(Server, directory=str(folder))
-    )
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}/", folder
-    server.shutdown()
-    server.server_close()
-    thread.join()
+    archive(folder / "bowl_1.tar", {"bowl/bowl_1/bowl_1_1_1.pcd": bytes(range(250)) * 1200})
+    with served(folder) as base:
+        yield base, folder
 
 
 def test_fetch_unpacks_records_and_does_not_fetch_twice(site: tuple[str, Path], tmp_path: Path) -> None:
@@ -115,19 +71,89 @@ def test_missing_files_and_names(site: tuple[str, Path], tmp_path: Path) -> None
         fetch("washington", tmp_path / "out", base=base, files=("nothing.tar",))
     with pytest.raises(UnknownNameError, match="did you mean 'washington'"):
         fetch("Washingtn", tmp_path / "out")
-    with pytest.raises(InputError, match=r"refused|kept"):
+    with pytest.raises(InputError, match=r"refused.*kept"):
         fetch("ycb", tmp_path / "out", base="http://127.0.0.1:9/", files=("a.tgz",))
+    with pytest.raises(InputError, match="no address"):
+        fetch("ycb", tmp_path / "out", base="file:///etc/", files=("a.tgz",))
+
+
+def test_a_file_changed_by_its_publisher_is_begun_anew(site: tuple[str, Path], tmp_path: Path) -> None:
+    """Else the beginning of one version and the end of another would be recorded as the whole."""
+    base, folder = site
+    Server.limit, Server.version = 100_000, '"one"'
+    with pytest.raises(InputError, match="fetch again to go on"):
+        fetch("washington", tmp_path / "out", base=base, files=("bowl_1.tar",))
+    Server.limit, Server.version = None, '"two"'
+    archive(folder / "bowl_1.tar", {"bowl/bowl_1/bowl_1_1_1.pcd": bytes(300_000)})
+    (path,) = fetch("washington", tmp_path / "out", base=base, files=("bowl_1.tar",))
+    assert path.read_bytes() == (folder / "bowl_1.tar").read_bytes()
+    assert sorted(one.name for one in path.parent.iterdir()) == ["bowl", "bowl_1.tar", RECORD]
+
+
+def test_what_is_no_archive_is_not_kept(site: tuple[str, Path], tmp_path: Path) -> None:
+    """A gateway that asks for a login answers 200 with a page."""
+    base, folder = site
+    (folder / "bowl_2.tar").write_text("<html>Please log in</html>")
+    with pytest.raises(InputError, match="no archive, it begins with b'<html>"):
+        fetch("washington", tmp_path / "out", base=base, files=("bowl_2.tar",))
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_spoiled_archive_is_said_to_be_one(site: tuple[str, Path], tmp_path: Path) -> None:
+    base, folder = site
+    whole = folder / "005_can.tgz"
+    archive(whole, {"005_can/cloud.xyz": np.random.default_rng(0).bytes(100_000)})
+    whole.write_bytes(whole.read_bytes()[:50_000])
+    with pytest.raises(InputError, match="cannot be unpacked"):
+        fetch("ycb", tmp_path / "out", base=base, files=("005_can.tgz",))
+
+
+def test_only_what_is_missing_is_unpacked(site: tuple[str, Path], tmp_path: Path) -> None:
+    base, folder = site
+    archive(folder / "cap_1.tar", {"cap/one.pcd": b"one", "cap/two.pcd": b"two"})
+    fetch("washington", tmp_path, base=base, files=("cap_1.tar",))
+    (tmp_path / "cap" / "one.pcd").write_bytes(b"ONE")
+    (tmp_path / "cap" / "two.pcd").unlink()
+    fetch("washington", tmp_path, base=base, files=("cap_1.tar",))
+    assert (tmp_path / "cap" / "one.pcd").read_bytes() == b"ONE"
+    assert (tmp_path / "cap" / "two.pcd").read_bytes() == b"two"
+
+
+def test_a_full_disk_is_said_before_it_is_full(site: tuple[str, Path], tmp_path: Path) -> None:
+    base, _ = site
+    Server.claims = 10**18
+    with pytest.raises(InputError, match=r"1,000,000,000,000,000,000 bytes are to come and .* are free"):
+        fetch("washington", tmp_path / "out", base=base, files=("bowl_1.tar",))
+
+
+@pytest.mark.parametrize("record", ["{", "[]", '{"bowl_1.tar": 7}'])
+def test_a_broken_record(record: str, site: tuple[str, Path], tmp_path: Path) -> None:
+    base, _ = site
+    (tmp_path / RECORD).write_text(record)
+    with pytest.raises(InputError, match="not a file of"):
+        fetch("washington", tmp_path, base=base, files=("bowl_1.tar",))
 
 
 def test_archives_cannot_write_outside(site: tuple[str, Path], tmp_path: Path) -> None:
     base, folder = site
-    with tarfile.open(folder / "evil.tar", "w") as archive:
-        archive.addfile(tarfile.TarInfo("../evil.txt"))
-    with pytest.raises((tarfile.TarError, InputError)):
+    archive(folder / "evil.tar", {"../evil.txt": b"evil"})
+    with pytest.raises(InputError, match=r"evil\.txt.*outside"):
         fetch("washington", tmp_path / "out", base=base, files=("evil.tar",))
     assert not (tmp_path / "evil.txt").exists()
 
 
 def test_the_paper_needs_146_washington_archives() -> None:
-    assert len(DATA_SETS["washington"].files) == 146
-    assert all(data.credit for data in DATA_SETS.values())
+    data = DATA_SETS["washington"]
+    assert len(data.files()) == 146
+    assert sum(data.classes.values()) == 146 and len(data.classes) == 22
+    assert all(one.credit and one.objects for one in DATA_SETS.values())
+
+
+def test_objects_and_classes_are_chosen_by_name() -> None:
+    data = DATA_SETS["washington"]
+    assert data.files(["binder"], ["cap_2"]) == ("binder_1.tar", "binder_2.tar", "binder_3.tar", "cap_2.tar")
+    assert DATA_SETS["ycb"].files(["bowl"]) == ("024_bowl_google_16k.tgz",)
+    with pytest.raises(UnknownNameError, match="unknown class 'coffe mug': did you mean 'coffee mug'"):
+        data.files(["coffe mug"])
+    with pytest.raises(UnknownNameError, match="unknown object 'cap_9': did you mean 'cap_"):
+        data.files((), ["cap_9"])

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ersatz.acquisition.concept_learning import learn_shape_concepts
 from ersatz.acquisition.figures import concept_figure, scan_figures
-from ersatz.acquisition.shape_concepts import ConceptSettings, learn_shape_concepts
+from ersatz.acquisition.shape_concepts import ConceptSettings
 from ersatz.errors import InputError
 from tests.acquisition.shapes import views
 

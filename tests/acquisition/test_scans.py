@@ -12,8 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ersatz.acquisition import depth_images, layouts
-from ersatz.acquisition.camera import CameraSettings, Intrinsics
+from ersatz.acquisition.camera import CameraSettings
 from ersatz.acquisition.cloud_files import read_cloud
+from ersatz.acquisition.depth_sensor import Intrinsics
 from ersatz.acquisition.extras import open3d
 from ersatz.acquisition.layouts import FolderSettings, iter_scans, list_scans, select_paper
 from ersatz.acquisition.parametric import box, tumbler
@@ -246,6 +247,22 @@ def test_doubtful_scans_are_read_with_a_warning(tmp_path: Path) -> None:
     assert len(read_scan(tmp_path / "organised.pcd").points) == 200
 
 
+@pytest.mark.parametrize("thickness", [0.0, 1e-4, 1e-3])
+def test_a_flat_mesh_is_refused_and_a_thin_one_is_not(thickness: float, tmp_path: Path) -> None:
+    """A mesh of one side of a thing would be measured as a thing without volume, hollowness or content."""
+    flat = tmp_path / "cloth" / "cloth_1.ply"
+    flat.parent.mkdir()
+    whole, turn = box(0.25, 0.13, 1.0), np.linalg.qr(np.ones((3, 3)) + np.eye(3))[0]
+    flat.write_bytes(ply(whole.vertices * [1, 1, thickness] @ turn, whole.triangles, "ascii"))
+    if thickness >= 1e-3:
+        assert read_scan(flat).mesh is not None
+        return
+    with pytest.raises(ScanError, match=r"cloth_1\.ply: flat: the mesh is 0\.25 m long and .* m thick"):
+        read_scan(flat)
+    with pytest.warns(ErsatzWarning, match="skipped: .*cloth_1.ply: flat"):
+        assert not list(iter_scans(tmp_path, FolderSettings(keep_going=True)))
+
+
 def test_huge_cloud_is_thinned_with_a_warning(tmp_path: Path) -> None:
     points = np.random.default_rng(1).uniform(0, 0.2, (1_200_000, 3))
     (tmp_path / "huge.pcd").write_bytes(pcd(points, "binary"))
@@ -390,11 +407,19 @@ def test_the_real_washington_file(shared_data: Path) -> None:
     assert scan.points.mean(axis=0)[1] == pytest.approx(0.72, abs=0.02)
 
 
-def test_every_shared_object_can_be_read(shared_data: Path) -> None:
+def test_every_shared_object_can_be_read_but_a_flat_one(shared_data: Path) -> None:
+    """The pack of wipes is a plane of a quarter of a metre, a tenth of a millimetre thick."""
     files = list_scans(shared_data / "objects")
     assert len(files) == 110
+    scans, refused = [], []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ErsatzWarning)
-        scans = [replace(file.load(), mesh=None) for file in files]
-    assert sum(scan.mass is not None for scan in scans) == 43
+        for file in files:
+            try:
+                scans.append(replace(file.load(), mesh=None))
+            except ScanError as error:
+                refused.append((file.instance, str(error)))
+    assert [name for name, _ in refused] == ["j17_burts_bees_baby_wipes"]
+    assert "flat: the mesh is 0.26 m long and 9e-05 m thick" in refused[0][1]
+    assert sum(scan.mass is not None for scan in scans) == 42
     assert not any(scan.partial for scan in scans)

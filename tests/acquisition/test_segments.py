@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ersatz.acquisition.camera import CameraSettings, SensorNoise, VirtualCamera
+from ersatz.acquisition.camera import CameraSettings, VirtualCamera
 from ersatz.acquisition.compositions import unions
+from ersatz.acquisition.depth_sensor import SensorNoise
 from ersatz.acquisition.parametric import box, cylinder, sphere
 from ersatz.acquisition.scans import Scan
 from ersatz.acquisition.segments import Segments, SegmentSettings, prepare, segment

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from ersatz.acquisition.camera import CameraSettings
+from ersatz.acquisition.concept_learning import learn_shape_concepts
 from ersatz.acquisition.layouts import FolderSettings, views_of
 from ersatz.acquisition.measuring import MeasuringSettings, measure_object, measure_scans
 from ersatz.acquisition.persistence import filter_modes, seek_modes
+from ersatz.acquisition.repeatability import intraclass, pattern_distances, relative_responses
 from ersatz.acquisition.scans import Scan
-from ersatz.acquisition.shape_concepts import ConceptSettings, ShapeConcepts, learn_shape_concepts
+from ersatz.acquisition.shape_concepts import ConceptSettings, ShapeConcepts
 from ersatz.errors import ErsatzWarning, InputError, ScanError
 from ersatz.measurements import Measurements, Origin
 from tests.acquisition.shapes import views, whole
@@ -111,7 +113,7 @@ def test_wrong_files_are_refused(concepts: ShapeConcepts, tmp_path: Path) -> Non
         allow_pickle=False,
         **(arrays | {"head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8)}),
     )
-    with pytest.raises(InputError, match="format 99"):
+    with pytest.raises(InputError, match=r"format 99.*learn them again"):
         ShapeConcepts.load(path)
 
 
@@ -144,16 +146,61 @@ def test_too_few_objects_are_an_error() -> None:
         learn_shape_concepts([])
     with pytest.raises(InputError, match="concepts = 0"):
         ConceptSettings(concepts=0)
+    with pytest.raises(InputError, match="patterns = 0"):
+        ConceptSettings(patterns=0)
 
 
 def test_persistence_learns_from_enough_objects() -> None:
     found = learn_shape_concepts(
         views(KINDS, range(6)), ConceptSettings(concepts=2, neighbours=6, fewest_objects=4)
     )
-    assert len(found.prominences) == 2
-    for concept in range(2):
-        names = {n for n, c in zip(found.names, found.concepts, strict=True) if c == concept}
+    assert len(found.prominences) == len(found.repeatabilities) >= 2
+    for pattern in range(len(found.prominences)):
+        names = {n for n, p in zip(found.names, found.patterns, strict=True) if p == pattern}
         assert len(names) >= 4
+
+
+def test_the_most_repeatable_patterns_become_concepts() -> None:
+    """Without labels: only which views are of one object is known."""
+    scans = list(views(KINDS, range(6), count=4))
+    settings = ConceptSettings(concepts=2, neighbours=4, fewest_objects=3)
+    found = learn_shape_concepts(scans, settings)
+    assert len(found.prominences) > 2
+    assert (np.diff(found.repeatabilities.round(9)) <= 0).all()
+    assert (found.patterns.min(), found.patterns.max()) == (0, len(found.prominences) - 1)
+    anonymous = [replace(scan, object_class="", group=f"{scan.instance}?") for scan in scans]
+    assert (learn_shape_concepts(anonymous, settings).exemplars == found.exemplars).all()
+    assert found.responses(scans[0]).shape == (2,)
+
+
+def test_intraclass_correlation() -> None:
+    """A column that only the object decides, one of noise, and one whose value is known by hand."""
+    objects = np.arange(200).repeat(5)
+    rng = np.random.default_rng(0)
+    values = np.stack([objects * 1.0, rng.normal(size=1000)], axis=1)
+    same, noise = intraclass(values, objects)
+    assert same == pytest.approx(1)
+    assert abs(noise) < 0.05
+    # Means 1 and 3 about 2: between 2·(1 + 1) / 1 = 4; within (1 + 1 + 1 + 1) / 2 = 2; (4 - 2) / (4 + 2).
+    (known,) = intraclass(np.array([[0.0], [2], [2], [4]]), np.array(["a", "a", "b", "b"]))
+    assert known == pytest.approx(1 / 3)
+    assert intraclass(values[::5], objects[::5]).tolist() == [0, 0]
+
+
+def test_own_exemplars_do_not_count() -> None:
+    distances = np.array([[0.0, 1, 2, 9], [1, 0, 3, 9]])
+    owners, patterns = np.array([0, 1, 1, 2]), np.array([0, 0, 1, 1])
+    assert pattern_distances(distances, patterns, owners, 3).tolist() == [[0.5, 5.5], [0.5, 6]]
+    own = pattern_distances(distances, patterns, owners, 3, own=np.array([0, 1]))
+    assert own.tolist() == [[1, 5.5], [1, 9]]
+
+
+def test_relative_responses_do_not_fall_with_an_unusual_side() -> None:
+    near, far = relative_responses(np.array([[0.1, 0.2, 0.3], [1, 2, 3]]))
+    assert near == pytest.approx(far)
+    assert (np.diff(near) < 0).all()
+    assert relative_responses(np.full((1, 3), 2.0)) == pytest.approx(np.exp(-0.5))
+    assert relative_responses(np.zeros((1, 3))).tolist() == [[1, 1, 1]]
 
 
 def mixed() -> list[Scan]:

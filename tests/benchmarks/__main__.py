@@ -9,15 +9,15 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from statistics import median
 from typing import Any, Final
 
 import tests.benchmarks
-from tests.benchmarks.measuring import Row, versions
+from tests.benchmarks.measuring import Row, time_text, versions
 from tests.readme import put
 
 BEGIN: Final = "<!-- how fast -->"
 END: Final = "<!-- end of how fast -->"
+RESULTS: Final = Path(__file__).parent / "results"
 HEAD: Final = (
     "| work | size | rival | ERSATZ | rival | rival / ERSATZ | target |\n|---|---|---|---|---|---|---|\n"
 )
@@ -73,6 +73,7 @@ def report(rows: list[Row], *, quick: bool) -> dict[str, Any]:
                 "ratio": row.ratio,
                 "ratio_quartiles": row.spread,
                 "target": row.target,
+                "limit_seconds": row.limit,
                 "note": row.note,
             }
             for row in rows
@@ -80,28 +81,10 @@ def report(rows: list[Row], *, quick: bool) -> dict[str, Any]:
     }
 
 
-def time_text(times: tuple[float, ...]) -> str:
-    """Return a median time with its unit.
-
-    >>> time_text((0.00012, 0.00014, 0.00013))
-    '130 µs'
-    """
-    if not times:
-        return "—"
-    middle = median(times)
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if middle >= size:
-            return f"{middle / size:.3g} {unit}"
-    return f"{middle * 1e6:.3g} µs"
-
-
 def _line(row: Row) -> str:
     ratio, spread = row.ratio, row.spread
     found = f"{ratio:.3g} ({spread[0]:.2g}–{spread[1]:.2g})" if ratio and spread else row.note
-    target = "" if row.target is None else f"≥ {row.target:.2g}"
-    if ratio is not None and row.target is not None:
-        target += " ✓" if ratio >= row.target else " missed"
-    cells = (row.work, row.size, row.rival, time_text(row.ours), time_text(row.theirs), found, target)
+    cells = (row.work, row.size, row.rival, time_text(row.ours), time_text(row.theirs), found, row.aim)
     return f"| {' | '.join(cells)} |\n"
 
 
@@ -121,20 +104,35 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small sizes: seconds rather than minutes")
     parser.add_argument("--only", action="append", choices=known, help="one benchmark; may be repeated")
     parser.add_argument("--out", type=Path, help="folder for benchmarks.md and benchmarks.json")
-    parser.add_argument("--readme", action="store_true", help="put the table into the README")
+    parser.add_argument(
+        "--readme", action="store_true", help="put the rows with a target into the README, all into results/"
+    )
     options = parser.parse_args()
+    folders = [*([options.out] if options.out else []), *([RESULTS] if options.readme else [])]
     rows: list[Row] = []
     for name in options.only or known:
         print(f"{name} ...", file=sys.stderr, flush=True)
         rows += known[name](options.quick)
-        if options.out:  # after each, for a run takes long
-            options.out.mkdir(parents=True, exist_ok=True)
-            (options.out / "benchmarks.md").write_text(markdown(rows), encoding="utf-8")
-            text = json.dumps(report(rows, quick=options.quick), indent=1, ensure_ascii=False)
-            (options.out / "benchmarks.json").write_text(text + "\n", encoding="utf-8")
+        for folder in folders:  # after each, for a run takes long
+            write(rows, folder, quick=options.quick)
     print(markdown(rows), end="", flush=True)
     if options.readme:
-        put(markdown(rows), BEGIN, END)
+        put(markdown([row for row in rows if row.aim]), BEGIN, END)
+
+
+def write(rows: list[Row], folder: Path, *, quick: bool) -> None:
+    """Write the table as Markdown, and all that was measured as JSON."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = report(rows, quick=quick)
+    on, with_ = found["machine"], ", ".join(f"{name} {one}" for name, one in found["versions"].items())
+    head = (
+        "# How fast\n\nMade by `python -m tests.benchmarks`: medians, and ratios with their quartiles over "
+        f"the rounds, on {on['processor']}, {on['cores']} cores, Python {on['python']}, load {on['load']} "
+        f"at the end. Libraries: {with_}.\n\n"
+    )
+    (folder / "benchmarks.md").write_text(head + markdown(rows), encoding="utf-8")
+    text = json.dumps(found, indent=1, ensure_ascii=False)
+    (folder / "benchmarks.json").write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ from ersatz.evaluation.inquiry import Inquiry, Ratio, inquire
 from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
 from ersatz.evaluation.regrounding import Objects, learn
 from ersatz.evaluation.resampling import read_values, to_blocks
-from ersatz.evaluation.scenarios import load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
 from ersatz.evaluation.stability import VARIANTS, markdown, stability, with_agreement
 from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase

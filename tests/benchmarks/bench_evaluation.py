@@ -15,7 +15,7 @@ from pathlib import Path
 from ersatz.evaluation.ablation import ablate, markdown
 from ersatz.evaluation.experiment import run
 from ersatz.evaluation.report import markdown_table, write
-from ersatz.evaluation.scenarios import load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.pipeline import ground_blocks
 from tests.conftest import DATA

@@ -22,8 +22,8 @@ import pyoxigraph as ox
 import rdflib
 
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.revision import revision_line, revision_of
 from ersatz.knowledge.vocabulary import KB_ONTOLOGY, ONTOLOGY
-from ersatz.knowledge.writer import revision_line, revision_of
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.benchmarks.bench_query import lines, random_counts
 from tests.benchmarks.measuring import Row

@@ -15,8 +15,10 @@ import numpy as np
 
 from ersatz.grounding.conceptualization import DEGREE, Counts
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.memberships import class_knowledge, function_knowledge
 from ersatz.knowledge.queries import Argument, stored_query
-from ersatz.knowledge.writer import BuildRecord, class_knowledge, function_knowledge, knowledge
+from ersatz.knowledge.writer import knowledge
 from ersatz.measurements import Kind
 from ersatz.reasoner.relevance import ReasonerSettings, build_index
 from ersatz.reasoner.representative import load_knowledge, pack
@@ -138,6 +140,7 @@ def shipped(quick: bool) -> list[Row]:
         rounds=5 if quick else 50,
         repeat=20,
         clock=time.process_time,
+        limit=200e-6,
     )
 
 

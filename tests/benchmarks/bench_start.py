@@ -61,15 +61,15 @@ def _process(folder: Path, rounds: int) -> list[Row]:
     available = ("--available", "plate", "--available", "sponge", "--available", "bowl")
     ours = process("-c", ask, "substitute", "household", "--missing", "tray", *available)
     with_rdflib, with_oxigraph = (process("-c", code, file, text) for code in (WITH_RDFLIB, WITH_OXIGRAPH))
-    empty, numpy, typer = (
-        process("-c", code) for code in ("pass", "import numpy", "import typer, rich.table")
+    empty, numpy, click = (
+        process("-c", code) for code in ("pass", "import numpy", "import click, rich.table")
     )
     rdflib = process("-c", "import rdflib")
     assert f"stands in {ranking[0].name} " in " ".join(ours().split())
     best = rank_substitutes(kb, "tray")[0].name
     for other in (with_rdflib, with_oxigraph):
         assert other().strip().replace("_", "") == best.replace(" ", "")
-    for other in (empty, numpy, typer, rdflib):
+    for other in (empty, numpy, click, rdflib):
         other()
     return race(
         "cold start: ersatz substitute",
@@ -79,11 +79,12 @@ def _process(folder: Path, rounds: int) -> list[Row]:
             Rival("rdflib: parse the file, Jaccard in SPARQL", with_rdflib, package="rdflib", most=2),
             Rival("pyoxigraph: load the file, Jaccard in SPARQL", with_oxigraph, package="pyoxigraph"),
             Rival("python -c 'import rdflib'", rdflib, note="nothing done", package="rdflib"),
-            Rival("python -c 'import typer, rich.table'", typer, note="nothing done", package="typer"),
+            Rival("python -c 'import click, rich.table'", click, note="nothing done", package="click"),
             Rival("python -c 'import numpy'", numpy, note="nothing done", package="numpy"),
             Rival("python -c pass", empty, note="nothing done"),
         ],
         rounds,
+        limit=0.6,
     )
 
 

@@ -28,6 +28,8 @@ class Row:
         How the answers were found equal, what was scaled, or why the rival was not run.
     package : str
         The distribution the rival comes from, whose version is reported; "" for Python itself.
+    limit : float or None, seconds
+        What ERSATZ should at most take, by the design.
     """
 
     work: str
@@ -38,6 +40,17 @@ class Row:
     target: float | None = None
     note: str = ""
     package: str = ""
+    limit: float | None = None
+
+    @property
+    def aim(self) -> str:
+        """The target and whether it was met; "" without one, for the eye."""
+        if self.limit is not None and self.ours:
+            return f"≤ {time_text((self.limit,))} {_verdict(median(self.ours) <= self.limit)}"
+        if self.target is None:
+            return ""
+        met = "" if self.ratio is None else f" {_verdict(self.ratio >= self.target)}"
+        return f"≥ {self.target:.2g}{met}"
 
     @property
     def ratio(self) -> float | None:
@@ -91,6 +104,8 @@ def race(
     rounds: int,
     repeat: int = 1,
     clock: Callable[[], float] = time.perf_counter,
+    limit: float | None = None,
+    pieces: int = 1,
 ) -> list[Row]:
     """Time ERSATZ and every rival in turns, once more before for warmth.
 
@@ -111,11 +126,11 @@ def race(
     theirs: list[list[float]] = [[] for _ in rivals]
     ours()
     for at in range(rounds):
-        mine.append(seconds(ours, repeat, clock))
+        mine.append(seconds(ours, repeat, clock) / pieces)
         for rival, found in zip(rivals, theirs, strict=True):
             if rival.work is not None and at < rival.most:
                 times = repeat if rival.most > rounds else 1
-                found.append(seconds(rival.work, times, clock) * rival.scale)
+                found.append(seconds(rival.work, times, clock) * rival.scale / pieces)
     return [
         Row(
             work,
@@ -126,8 +141,9 @@ def race(
             rival.target,
             rival.note or ("" if rival.work else f"not installed: {rival.package}"),
             rival.package,
+            None if at else limit,
         )
-        for rival, found in zip(rivals, theirs, strict=True)
+        for at, (rival, found) in enumerate(zip(rivals, theirs, strict=True))
     ]
 
 
@@ -150,3 +166,22 @@ def versions(rows: list[Row]) -> Mapping[str, str]:
         except PackageNotFoundError:
             found[name] = "not installed"
     return found
+
+
+def time_text(times: tuple[float, ...]) -> str:
+    """Return a median time with its unit.
+
+    >>> time_text((0.00012, 0.00014, 0.00013))
+    '130 µs'
+    """
+    if not times:
+        return "—"
+    middle = median(times)
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if middle >= size:
+            return f"{middle / size:.3g} {unit}"
+    return f"{middle * 1e6:.3g} µs"
+
+
+def _verdict(met: bool) -> str:
+    return "✓" if met else "missed"

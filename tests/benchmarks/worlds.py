@@ -9,7 +9,8 @@ import numpy as np
 from ersatz.grounding.attribution import attribute
 from ersatz.grounding.conceptualization import conceptualize
 from ersatz.grounding.units import find_units
-from ersatz.knowledge.writer import BuildRecord, knowledge
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.writer import knowledge
 from ersatz.measurements import Column, Measurements, Source
 from tests.making import prop, ranked
 

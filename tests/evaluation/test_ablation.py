@@ -18,7 +18,8 @@ from ersatz.evaluation.ablation import (
 )
 from ersatz.evaluation.agreement import Answer
 from ersatz.evaluation.methods import Ersatz
-from ersatz.evaluation.scenarios import Scenario, load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
+from ersatz.evaluation.scenarios import Scenario
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.similarity import Similarity

@@ -10,7 +10,7 @@ from ersatz.evaluation import facts
 from ersatz.evaluation.benchmark import TASKS, draw, verdicts, write
 from ersatz.evaluation.facts import Facts, read_facts
 from ersatz.evaluation.rivals.wordnet import SENSES
-from ersatz.evaluation.scenarios import SHIPPED, load_scenarios
+from ersatz.evaluation.scenario_files import SHIPPED, load_scenarios
 
 NOTHING = Facts(None, None, None, None, None, None, None, frozenset())
 

@@ -10,10 +10,12 @@ import pytest
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.evaluation.agreement import METRICS
 from ersatz.evaluation.analysis import CAUSES
-from ersatz.evaluation.experiment import NESTED, Results, run
+from ersatz.evaluation.experiment import NESTED, run
 from ersatz.evaluation.report import markdown_table, write, write_tables
 from ersatz.evaluation.resampling import read_values, resampled, to_blocks
-from ersatz.evaluation.scenarios import Scenario, load_scenarios
+from ersatz.evaluation.results import Results
+from ersatz.evaluation.scenario_files import load_scenarios
+from ersatz.evaluation.scenarios import Scenario
 from ersatz.evaluation.sweeps import over_objects
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.measurements import Measurements

@@ -22,7 +22,8 @@ import pytest
 from ersatz.evaluation.experiment import run
 from ersatz.evaluation.pictures import find_scans, picture
 from ersatz.evaluation.report import write
-from ersatz.evaluation.scenarios import NONE, Scenario, save_scenarios
+from ersatz.evaluation.scenario_files import save_scenarios
+from ersatz.evaluation.scenarios import NONE, Scenario
 from ersatz.evaluation.survey import Survey, VoteFile
 from ersatz.knowledge.base import KnowledgeBase
 from tests.conftest import ROOT
@@ -32,7 +33,7 @@ SERVER = """
 import sys
 from pathlib import Path
 from ersatz.evaluation.pictures import find_scans
-from ersatz.evaluation.scenarios import load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
 from ersatz.evaluation.survey import Survey, VoteFile
 from ersatz.service.survey_pages import create_survey_app, serve_survey
 scenarios, votes, scans, port = sys.argv[1:]

@@ -12,7 +12,8 @@ from ersatz.evaluation.features import class_features, standardized
 from ersatz.evaluation.methods import Context, Ersatz, papers_properties
 from ersatz.evaluation.rivals import distance, simple, tables
 from ersatz.evaluation.rivals.wordnet import FOLDER, SENSES, Inheritance, WordNet, WuPalmer, wu_palmer
-from ersatz.evaluation.scenarios import Scenario, load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
+from ersatz.evaluation.scenarios import Scenario
 from ersatz.evaluation.thresholds import accept_by_score, nested_choice, nested_settings
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.relevance import ReasonerSettings

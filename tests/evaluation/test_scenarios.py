@@ -6,15 +6,8 @@ from pathlib import Path
 import pytest
 
 from ersatz.errors import InputError, UnknownNameError
-from ersatz.evaluation.scenarios import (
-    NONE,
-    Scenario,
-    check_names,
-    generate,
-    load_scenarios,
-    save_scenarios,
-    with_ballots,
-)
+from ersatz.evaluation.scenario_files import load_scenarios, save_scenarios
+from ersatz.evaluation.scenarios import NONE, Scenario, check_names, generate, with_ballots
 
 GOOD = """\
 id,missing,available,task,accepted,ballots,votes

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from ersatz.errors import ErsatzWarning, InputError, LockedError, UnknownNameError
-from ersatz.evaluation.scenarios import NONE, Scenario, load_scenarios
+from ersatz.evaluation.scenario_files import load_scenarios
+from ersatz.evaluation.scenarios import NONE, Scenario
 from ersatz.evaluation.survey import Survey, VoteFile, add_votes
 from tests.conftest import ROOT
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ersatz.grounding import subcategorization, summaries
+from ersatz.grounding import clustering, summaries
 from ersatz.grounding.subcategorization import SubcategorizationSettings, fit_qualities
 from ersatz.grounding.summaries import Histogram, Sample, Summary, hash_names, merge, summarize
 from ersatz.grounding.units import ObservationUnit, find_units
@@ -57,7 +57,7 @@ def exact(lump: Floats, k: int) -> float:
     k = min(k, len(x))
     heavy = weights.astype(np.float64)
     middle = x - x[len(x) // 2]
-    cuts = subcategorization._cheapest(subcategorization._prefix_sums(middle, heavy), k)
+    cuts = clustering._cheapest(clustering._prefix_sums(middle, heavy), k)
     means = [np.average(middle[a:b], weights=heavy[a:b]) for a, b in itertools.pairwise(cuts)]
     return spread(np.repeat(middle, weights), np.array(means))
 

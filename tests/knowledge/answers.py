@@ -67,7 +67,7 @@ def _in_words(names: list[str], rows: list[tuple[str, ...]]) -> str:
         groups.setdefault(first, []).append(" ".join(rest))
     told = list(_groups(groups))
     more = [f"… ({len(rows)} rows)"] if len(told) > SHOWN else []
-    return f"*{head}* — {'; '.join([*told[:SHOWN], *more])}"
+    return f"*{head}* — {'; '.join([*told[:SHOWN], *more]) or 'none'}"
 
 
 def _groups(groups: dict[str, list[str]]) -> Iterator[str]:

@@ -14,8 +14,9 @@ import pytest
 import rdflib
 from rdflib.compare import isomorphic
 
-from ersatz.knowledge import exports, validation
+from ersatz.knowledge import exports
 from ersatz.knowledge.defined import defined_classes
+from ersatz.knowledge.stores import read_into
 from ersatz.knowledge.views import owlready2_ontology
 from tests.reasoners import ROOT, java, owlapi
 
@@ -27,7 +28,7 @@ KNOWROB = rdflib.Namespace(exports.KNOWROB)
 def triples(*files: Path) -> list[ox.Triple]:
     store = ox.Store()
     for file in files:
-        validation.read_into(store, file)
+        read_into(store, file)
     return [quad.triple for quad in store]
 
 

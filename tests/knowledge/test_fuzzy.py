@@ -16,8 +16,9 @@ from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge import exports, validation
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.defined import defined_classes
+from ersatz.knowledge.reader import read_qualities
 from ersatz.knowledge.terms import millionths
-from ersatz.knowledge.updates import observe_blocks, read_qualities
+from ersatz.knowledge.updates import observe_blocks
 from ersatz.measurements import Block, Origin, Source
 from ersatz.pipeline import Settings, build
 from ersatz.reasoner.substitution import rank_substitutes

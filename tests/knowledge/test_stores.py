@@ -12,7 +12,7 @@ import pytest
 
 from ersatz.errors import KnowledgeBaseError, LockedError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.stores import is_directory_store
+from ersatz.knowledge.directory import is_directory_store
 from tests.conftest import ROOT
 from tests.knowledge.tools import assert_whole, facts_of, lines_of, small
 
@@ -119,7 +119,7 @@ def test_a_commit_that_was_never_published_is_found(folder: Path, monkeypatch: p
 
     kb = KnowledgeBase.open(folder)
     with monkeypatch.context() as patch:
-        patch.setattr("ersatz.knowledge.stores._publish", killed)
+        patch.setattr("ersatz.knowledge.directory._publish", killed)
         with pytest.raises(KilledError):
             kb.observe("tray", "tray 3", {"weight": 0.75})
     kb.close()
@@ -226,7 +226,7 @@ def test_a_knowledge_base_is_replaced_at_once_where_the_system_can(
 
     monkeypatch.setattr(Path, "rename", rename)
     if not at_once:
-        monkeypatch.setattr("ersatz.knowledge.stores._exchange", lambda *_: False)
+        monkeypatch.setattr("ersatz.knowledge.directory._exchange", lambda *_: False)
     other.save(folder)
     assert len(renamed) == (0 if at_once else 2)
     assert KnowledgeBase.open(folder).revision == other.revision

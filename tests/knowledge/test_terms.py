@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from ersatz.errors import InputError
 from ersatz.knowledge import terms
-from ersatz.knowledge.queries import exact, value_of
+from ersatz.knowledge.answers import value_of
+from ersatz.knowledge.queries import exact
 from ersatz.measurements import DIGITS, LARGEST
 
 XSD = "http://www.w3.org/2001/XMLSchema#"

@@ -4,15 +4,20 @@ from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
 
+import pyoxigraph as ox
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import ErsatzError
+from ersatz.errors import ErsatzError, InputError
 from ersatz.grounding.units import ObservationUnit
+from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import SubstitutionModel
+from ersatz.knowledge.reader import read_qualities
+from ersatz.knowledge.stores import MemoryStore
 from ersatz.knowledge.substitutions import remember, substitution_iri
-from ersatz.knowledge.updates import observe_blocks, read_qualities
+from ersatz.knowledge.updates import observe_blocks
+from ersatz.knowledge.vocabulary import KB, LABEL
 from ersatz.measurements import Kind
 from tests.knowledge.tools import (
     RIGIDITY,
@@ -91,6 +96,26 @@ def test_all_can_be_forgotten_and_learned_again(fuzzifier: float) -> None:
     for row in reversed(ROWS):
         observe_blocks(kb, row[1], row[2], blocks([row]))
     assert (facts_of(kb), kb.revision) == (facts, revision)
+
+
+@pytest.mark.parametrize(
+    ("name", "label"), [("Tray", "serving tray"), ("tray_1", "the old tray")], ids=["class", "instance"]
+)
+@pytest.mark.parametrize("beside", [False, True], ids=["instead", "beside"])
+def test_what_was_renamed_by_hand_is_not_torn(name: str, label: str, beside: bool) -> None:
+    kb = small()
+    subject = f"<{KB}{name}> {LABEL}"
+    was = kb.query(f"SELECT ?label {{ {subject} ?label }}")[0]["label"]
+    kb.tell([] if beside else [f'{subject} "{was}"@en .\n'], [f'{subject} "{label}"@en .\n'])
+    facts = facts_of(kb)
+    object_class = label if name == "Tray" else "tray"
+    refused = f"'{name}' has been given the label '{label}'"
+    with pytest.raises(InputError, match=refused):
+        kb.forget("tray_1")
+    for instance in ("tray 1", "tray 9") if name == "Tray" else ("tray 1",):
+        with pytest.raises(InputError, match=refused):
+            kb.observe(object_class, instance, {"weight": 1.0})
+    assert facts_of(kb) == facts
 
 
 @pytest.mark.parametrize(
@@ -189,3 +214,28 @@ def test_what_people_wrote_about_a_class_survives() -> None:
     kb.observe("tray", "tray 1", {"weight": 0.8})
     assert len(kb.ask("classes")) == 3
     assert_whole(kb)
+
+
+@pytest.mark.parametrize(
+    ("edit", "problem"),
+    [
+        ("DELETE { ?m e:rawValue ?x } INSERT { ?m e:rawValue 0.1 } "
+         "WHERE { BIND (kb:tray_1__weight AS ?m) ?m e:rawValue ?x }", "more was measured of 'tray'"),
+        ("DELETE WHERE { kb:tray_1__weight e:origin ?x }", "says of 'tray_1': hasMeasurement tray_1__weight"),
+        ("DELETE WHERE { kb:tray_1 e:hasMeasurement kb:tray_1__weight }", "says of 'tray_1': holds weight_2"),
+        ("DELETE WHERE { kb:model_Tray e:hasEntry ?entry }", "more was measured of 'tray' than is counted"),
+        ("DELETE { ?y e:count ?n } INSERT { ?y e:count 2 } "
+         "WHERE { kb:model_Tray e:hasEntry ?y . ?y e:count ?n FILTER (?n = 2) }", "of 'Tray__.*': count 2"),
+        ("INSERT DATA { kb:tray_1 a kb:Plate }", "'tray 1' is of the classes Plate and Tray"),
+    ],
+)  # fmt: skip
+def test_what_was_edited_by_hand_is_not_counted_on(edit: str, problem: str) -> None:
+    kb = small()
+    store = ox.Store()
+    store.bulk_extend(ox.Quad(*triple) for triple in kb.triples())
+    store.update(f"PREFIX kb: <{KB}> PREFIX e: <https://w3id.org/ersatz#> {edit}")
+    edited = KnowledgeBase(MemoryStore(store, "edited.ttl"))
+    before = lines_of(edited)
+    with pytest.raises(InputError, match=problem):
+        edited.forget("tray 1")
+    assert lines_of(edited) == before

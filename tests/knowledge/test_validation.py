@@ -8,8 +8,11 @@ import pytest
 import rdflib
 
 from ersatz.errors import KnowledgeBaseError
+from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge import validation
 from ersatz.knowledge.contradictions import consistent, explain
+from ersatz.knowledge.stores import read_into
+from tests.knowledge.tools import WEIGHT, small
 from tests.reasoners import ROOT, java
 
 EXAMPLES = ROOT / "ontology" / "examples"
@@ -327,7 +330,7 @@ EXPLAINED = [
 
 def planted(example: str, update: str) -> ox.Store:
     store = ox.Store()
-    validation.read_into(store, EXAMPLES / f"{example}.ttl")
+    read_into(store, EXAMPLES / f"{example}.ttl")
     store.update(PREFIXES + update)
     return store
 
@@ -401,6 +404,15 @@ def test_nothing_is_found_on_what_is_shipped(file: Path) -> None:
     assert report.as_dict() == {
         "version": 1, "ok": True, "findings": [], "ran": [*report.ran], "skipped": [*report.skipped]
     }  # fmt: skip
+
+
+def test_counted_observations_are_not_compared_with_the_number_of_objects() -> None:
+    rows = [(WEIGHT, "mug", "mug 1", seen, (0.2,)) for seen in ("a", "b")] + [
+        (WEIGHT, "plate", "plate 1", "a", (0.9,))
+    ]
+    assert validation.check(
+        small(rows, ObservationUnit.OBSERVATION).triples(), rules=[one.rule for one in validation.checks()]
+    ).ok
 
 
 def test_syntax_is_a_finding_with_its_place(tmp_path: Path) -> None:

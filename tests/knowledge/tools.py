@@ -9,7 +9,9 @@ from ersatz.grounding.conceptualization import conceptualize
 from ersatz.grounding.subcategorization import Qualities, SubcategorizationSettings
 from ersatz.grounding.units import ObservationUnit, find_units
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.knowledge.writer import BuildRecord, is_knowledge, knowledge, revision_of
+from ersatz.knowledge.builds import BuildRecord
+from ersatz.knowledge.revision import is_knowledge, revision_of
+from ersatz.knowledge.writer import knowledge
 from ersatz.measurements import PROPERTIES, Block, Kind, Measurements, Origin, Property, Source
 from ersatz.pipeline import Settings, build
 

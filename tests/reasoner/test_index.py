@@ -22,7 +22,7 @@ from ersatz.errors import ErsatzError
 from ersatz.knowledge import shelf
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner import loading
-from ersatz.reasoner.representative import Knowledge, load_knowledge, pack, unpack
+from ersatz.reasoner.representative import Knowledge, Memberships, load_knowledge, pack, unpack
 from ersatz.reasoner.shelving import Rows, Texts
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.conftest import ROOT
@@ -326,6 +326,35 @@ def test_texts_and_rows_are_a_tuple_and_a_dictionary() -> None:
     assert rows.get("zzzz") is rows.get("\x00") is None
     assert [*Texts.of([])] == []
     assert "a" not in Rows(Texts.of([]), np.arange(0))
+
+
+COUNTS = st.integers(0, 20) | st.integers(0, 2**62)
+PROPORTIONS = st.tuples(COUNTS, COUNTS).map(lambda two: Fraction(1 + min(two), 1 + max(two)))
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.integers(1, 3).flatmap(
+        lambda width: st.lists(
+            st.lists(st.tuples(COUNTS, COUNTS).map(sorted), min_size=width, max_size=width), max_size=3
+        )
+    ),
+    st.lists(PROPORTIONS, min_size=1, max_size=5),
+)
+def test_what_is_representative_at_several_thresholds(
+    cells: list[list[list[int]]], thetas: list[Fraction]
+) -> None:
+    width = len(cells[0]) if cells else 1
+    counts, totals = np.array(cells, dtype=np.int64).reshape(-1, width, 2).transpose(2, 0, 1)
+    names = [str(row) for row in range(len(cells))]
+    table = Memberships(names, names, counts, totals)
+    thetas += [Fraction(count, total) for row in cells for count, total in row if count]
+    wanted = [
+        [[bool(count) and Fraction(count, total) >= theta for count, total in row] for row in cells]
+        for theta in thetas
+    ]
+    assert table.representative_at(thetas).tolist() == wanted
+    assert [table.representative(theta).tolist() for theta in thetas] == wanted
 
 
 def test_packed_bits_come_out_again() -> None:

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import InputError, UnknownNameError
+from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.validation import check
+from ersatz.knowledge.vocabulary import ERSATZ, KB, OWL, RDF, RDFS
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.similarity import CRISP, Similarity
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
@@ -87,6 +89,19 @@ def test_unknown_names_are_refused_with_the_nearest(kb: KnowledgeBase) -> None:
         rank_substitutes(kb, "tray", ["plate 1"])
     with pytest.raises(InputError, match="property 'alphas' is not in this knowledge base"):
         rank_substitutes(kb, "tray", settings=ReasonerSettings(properties=("alphas",)))
+
+
+def test_what_was_added_or_broken_by_hand_is_one_clear_error(kb: KnowledgeBase) -> None:
+    kb.tell([], [f"<{KB}Vessel> <{RDF}type> <{OWL}Class> .\n", f'<{KB}Vessel> <{RDFS}label> "vessel"@en .\n'])
+    for missing, available in (("vessel", ["tray"]), ("tray", ["vessel"])):
+        with pytest.raises(InputError, match="class 'vessel' has no model, or no English label"):
+            rank_substitutes(kb, missing, available)
+    kb.tell([f'<{KB}plate_1> <{RDFS}label> "plate 1"@en .\n'], [])
+    with pytest.raises(InputError, match="'plate_1' or its class has no English label"):
+        rank_substitutes(kb, "tray", instances=["kb:plate_1"])
+    kb.tell([f"<{KB}alpha_1> <{ERSATZ}qualityOf> <{KB}alpha> .\n"], [])
+    with pytest.raises(KnowledgeBaseError, match="counts 'alpha_1', which is no quality it describes"):
+        rank_substitutes(kb, "tray")
 
 
 @pytest.mark.parametrize("top", [1, 2, 3, 4, 5, 100])
@@ -224,6 +239,25 @@ def test_forgetting_takes_remembered_answers_away_and_nothing_else(kb: Knowledge
     kb.forget("plate 2")
     after = {line for line in map(str, kb.triples()) if "kb#source_observation" not in line}
     assert after == before
+
+
+def test_answers_are_remembered_for_classes_in_any_script() -> None:
+    """Some scripts have no capital letters, and some names begin with digits."""
+    kb = make({"one": ("杯子", TRAY), "two": ("7up can", TRAY), "three": ("plate", TRAY)})
+    for tool in ("杯子", "7up can"):
+        first = rank_substitutes(kb, tool, instances=["two"], remember=True)
+        again = rank_substitutes(kb, tool, instances=["two"])
+        assert again.reused
+        assert again.model() == first.model() == kb.substitution_model(tool)
+    assert check(kb.triples(), rules=["candidate_kind", "punned_class"]).ok
+
+
+def test_answers_for_tools_whose_names_differ_in_case_are_kept_apart() -> None:
+    kb = make({"one": ("food can", TRAY), "two": ("foodcan", HELD["plate 1"][1]), "three": ("plate", TRAY)})
+    for tool in ("food can", "foodcan"):
+        first = rank_substitutes(kb, tool, ["plate"], remember=True)
+        assert not first.reused
+        assert kb.substitution_model(tool) == first.model()
 
 
 def test_asking_without_remembering_writes_nothing(kb: KnowledgeBase) -> None:

@@ -8,9 +8,9 @@ from urllib.parse import urlsplit
 
 from pyoxigraph import NamedNode
 
+from ersatz.knowledge.answers import Value
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.linking import MAPPINGS, mappings
-from ersatz.knowledge.queries import Value
 from ersatz.knowledge.vocabulary import DESCRIBES_CLASS
 from ersatz.service.pages.markup import unit_words
 

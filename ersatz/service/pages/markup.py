@@ -10,8 +10,8 @@ from html import escape
 from typing import Any, Final
 from urllib.parse import quote, urlencode
 
+from ersatz.knowledge.answers import Value
 from ersatz.knowledge.names import local_name
-from ersatz.knowledge.queries import Value
 from ersatz.knowledge.vocabulary import ERSATZ, KB, PREFIXES
 
 _PLACES: Final = ("/", "#", "http://", "https://")
