@@ -170,6 +170,17 @@ PROPERTIES: Final[dict[str, Property]] = {
 """The properties ERSATZ knows by name; a table may bring others and say what they are."""
 
 
+def out_of_range(prop: Property, values: NDArray[np.float64]) -> tuple[NDArray[np.bool_], str]:
+    """Return which values a property ERSATZ knows itself cannot have, and in words which it can.
+
+    All of those are non-negative, and the dimensionless ones are shares of something.
+    """
+    known = PROPERTIES.get(prop.name) == prop
+    top = 1.0 if known and prop.unit == "1" else np.inf
+    wrong = (values < 0) | (values > top) if known else np.zeros(values.shape, dtype=bool)
+    return wrong, "between 0 and 1" if top == 1 else "0 or more"
+
+
 def rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the values rounded to `DIGITS` fraction digits, as all numbers are that are kept.
 

@@ -28,12 +28,13 @@ from ersatz.grounding.parts import batch_units, ground_parts
 from ersatz.grounding.subcategorization import Qualities, SubcategorizationSettings, fit_qualities
 from ersatz.grounding.summaries import summarize
 from ersatz.grounding.units import ObservationUnit, Units, find_units
-from ersatz.knowledge.base import KnowledgeBase, check_target
+from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.builds import BuildRecord
 from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.names import distinct
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.reader import read_qualities
+from ersatz.knowledge.saving import check_target
 from ersatz.knowledge.terms import finite, plain
 from ersatz.knowledge.writer import knowledge, named
 from ersatz.measurements import DIGITS, Block, Measurements, Source
@@ -83,6 +84,10 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Check and normalise."""
+        try:
+            object.__setattr__(self, "unit", ObservationUnit(self.unit))
+        except ValueError:
+            raise InputError(f"unit {self.unit!r} is not one of {', '.join(ObservationUnit)}") from None
         object.__setattr__(self, "theta", exact(self.theta, "theta"))
         if not 0 < self.theta <= 1:
             raise InputError(f"theta is {self.theta}: it lies above 0 and up to 1")

@@ -136,6 +136,12 @@ def test_asking_for_a_substitute_loads_nothing_heavy(form: list[str]) -> None:
     assert not modules & HEAVY
 
 
+def test_a_file_can_be_parsed_before_numpy_is_loaded() -> None:
+    modules = loaded_by("import ersatz.cli.main, ersatz.knowledge.opening as o; o.open_store('household')")
+    assert "pyoxigraph" in modules
+    assert not modules & {"numpy", "ersatz.knowledge.base"}
+
+
 def test_a_command_loads_its_own_module_only() -> None:
     modules = loaded_by_command("show", "--help")
     assert "ersatz.cli.inspect" in modules

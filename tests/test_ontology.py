@@ -16,7 +16,7 @@ from rdflib import OWL, RDF, RDFS
 from rdflib.compare import isomorphic
 
 from ersatz.knowledge.linking import link
-from ersatz.knowledge.validation import read_into
+from ersatz.knowledge.stores import read_into
 from ersatz.knowledge.views import owlready2_ontology
 from tests.reasoners import CATALOG, ROOT, java, owlapi
 

@@ -194,6 +194,12 @@ def test_by_observation_every_observation_counts() -> None:
     assert sorted(map(str, counts)) == ["1", "2"]
 
 
+def test_the_unit_may_be_given_by_its_name() -> None:
+    assert Settings(unit="observation").unit is ObservationUnit.OBSERVATION  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="unit 'object' is not one of instance, observation"):
+        Settings(unit="object")  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("theta", [0, "1.1", -1])
 def test_theta_outside_its_range_is_refused(theta: object) -> None:
     with pytest.raises(InputError, match="theta"):

@@ -29,8 +29,8 @@ def link(location: str, out: Path, bridge: str, ontology: tuple[Path, ...]) -> N
     The file opens like any knowledge base: `ersatz query linked.owl linked/...` asks across the border.
     Example: ersatz link household linked.owl --bridge soma --ontology SOMA-HOME.owl --ontology DUL.owl
     """
-    from ersatz.knowledge.base import write
     from ersatz.knowledge.linking import link as merge
+    from ersatz.knowledge.saving import write
 
     if out.suffix not in (".owl", ".nt"):
         raise InputError(f"{out.name!r}: other ontologies have blank nodes; write a .owl or .nt file")
@@ -55,8 +55,8 @@ def export(location: str, out: Path, to: str | None) -> None:
     Example: ersatz export household --to owl household.owl
     """
     from ersatz.knowledge import exports
-    from ersatz.knowledge.base import write
     from ersatz.knowledge.defined import defined_classes
+    from ersatz.knowledge.saving import write
     from ersatz.knowledge.stores import format_of
 
     kb = open_kb(location)

@@ -1,11 +1,12 @@
 """All methods by name: ERSATZ, its variants, its rivals."""
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Final
 
 from ersatz.errors import ErsatzError, UnknownNameError
-from ersatz.evaluation.methods import Context, Entrant, Method, ersatz_with, papers_properties
+from ersatz.evaluation.methods import Context, Entrant, Method, ersatz_with, expected_with, papers_properties
 from ersatz.evaluation.rivals import distance, simple, tables, wordnet
 from ersatz.reasoner.relevance import Combine
 from ersatz.reasoner.similarity import GRADED, Similarity
@@ -25,7 +26,14 @@ ENTRANTS: Final = tuple(
             "ERSATZ without relevance",
             ersatz_with(relevance_tolerance=1, fallback=True),
         ),
+        ("certainty", "ERSATZ, typical if P(m ≥ θ) ≥ 0.5", ersatz_with(certainty=Fraction(1, 2))),
+        ("confidence", "ERSATZ, by expected similarity, P(accepted) ≥ 0.5", expected_with()),
         ("graded", "ERSATZ, graded (ordinal)", ersatz_with(graded=True)),
+        (
+            "graded-confidence",
+            "ERSATZ, graded (ordinal), by expected similarity, P(accepted) ≥ 0.5",
+            expected_with(graded=True),
+        ),
         (
             "graded-no-relevance",
             "ERSATZ, graded (ordinal) without relevance",

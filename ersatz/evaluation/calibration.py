@@ -1,20 +1,25 @@
-"""Calibration: whether answers said to be so probable are that often confirmed by more objects.
+"""Calibration: whether answers said to be so probable are that often true.
 
-Half of the objects of every class are hidden, the other half answers with confidence, and all of them
-together tell what is true. The qualities are those of all objects throughout: what is in doubt is how
-often they are held.
+Two ways to know what is true. All objects: half of the objects of every class are hidden, the other half
+answers with confidence, foreseeing as many more, and all of them together tell what is true. The long run:
+the objects are taken for the whole world, as many of each class are drawn from it with replacement and
+answer, foreseeing endlessly many more, and the world tells what is true. The qualities are those of all
+objects throughout: what is in doubt is how often they are held.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.evaluation.regrounding import Objects, accepted, reground
+from ersatz.evaluation.regrounding import Objects, accepted, held_degrees, reground
+from ersatz.grounding.conceptualization import DEGREE
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.reasoner.confidence import DRAWS, confidences
+from ersatz.reasoner.population import Population
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.sampling import Question
 
@@ -87,30 +92,57 @@ class Bin:
     count: int
 
 
+class Truth(StrEnum):
+    """What an answer is compared with; see above."""
+
+    ALL_OBJECTS = "all objects"
+    LONG_RUN = "the long run"
+
+
 def calibrate(
     objects: Objects,
     qualities: Sequence[Qualities],
     settings: ReasonerSettings | None = None,
     splits: int = 20,
     draws: int = DRAWS,
+    *,
+    truth: Truth = Truth.ALL_OBJECTS,
+    wholes: bool = True,
 ) -> Calibration:
-    """Ask for every tool with half of the objects, many times, and compare with all of them."""
+    """Ask for every tool with some of the objects, many times, and compare with what is true.
+
+    Parameters
+    ----------
+    objects : Objects
+    qualities : sequence of Qualities
+    settings : ReasonerSettings, optional
+    splits, draws : int
+    truth : Truth
+    wholes : bool
+        Draw objects as wholes, rather than each property by itself.
+    """
     settings = settings or ReasonerSettings()
-    truth = accepted(reground(objects, qualities), settings)
+    right = accepted(reground(objects, qualities), settings)
     said, crisp, true = [], [], []
     for seed in range(splits):
-        shown = half(objects, seed)
-        further = len(objects.of_class) / len(shown) - 1
-        known = reground(objects.take(shown), qualities)
+        endless = truth is Truth.LONG_RUN
+        shown = objects.resampled(seed) if endless else objects.take(half(objects, seed))
+        further = None if endless else len(objects.of_class) / len(shown.of_class) - 1
+        known = reground(shown, qualities)
+        population = _population(shown, qualities) if wholes else None
         decided = accepted(known, settings)
         for tool in range(len(objects.classes)):
             others = np.delete(np.arange(len(objects.classes)), tool)
             held = np.zeros((len(others), len(known.qualities)))
-            question = Question(known, settings, tool, others, held, further)
+            question = Question(known, settings, tool, others, held, further, population)
             said.append(confidences(question, draws, seed).accepted)
             crisp.append(decided[tool, others])
-            true.append(truth[tool, others])
+            true.append(right[tool, others])
     return Calibration(np.concatenate(said), np.concatenate(crisp), np.concatenate(true))
+
+
+def _population(objects: Objects, qualities: Sequence[Qualities]) -> Population:
+    return Population(objects.of_class.astype(np.int64), held_degrees(objects, qualities) / DEGREE)
 
 
 def half(objects: Objects, seed: int) -> NDArray[np.int64]:

@@ -1,8 +1,4 @@
-"""Figures of the experiment: PNG and SVG, in colours that colour-blind people and printers keep apart.
-
-Sequential values use viridis, in which nothing is grey; categories use the palette of Okabe and Ito.
-matplotlib is imported when a figure is drawn.
-"""
+"""Figures of the experiment, as PNG and SVG. matplotlib is imported when a figure is drawn."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,7 +10,9 @@ from ersatz.errors import MissingDependencyError
 from ersatz.evaluation.agreement import HEADINGS
 from ersatz.evaluation.calibration import Calibration
 from ersatz.evaluation.heat_maps import heat_maps
+from ersatz.evaluation.palette import BLUE, GREEN, GREY, ORANGE, STYLE
 from ersatz.evaluation.results import Results, Standing
+from ersatz.evaluation.sweep_figures import sweeps, thresholds
 from ersatz.evaluation.sweeps import SHOWN
 
 if TYPE_CHECKING:
@@ -22,18 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 T = TypeVar("T")
-
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"
-STYLE: Final[dict[Any, Any]] = {
-    "font.size": 9.0,
-    "font.family": "DejaVu Sans",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "svg.hashsalt": "ersatz",
-    "svg.fonttype": "path",
-    "figure.dpi": 100,
-    "savefig.dpi": 150,
-}
 
 
 def draw_all(results: Results, folder: Path) -> list[str]:
@@ -145,80 +131,6 @@ def reliability(calibrations: Mapping[str, Calibration], figure: "Figure") -> bo
     return bool(calibrations)
 
 
-def thresholds(results: Results, figure: "Figure") -> bool:
-    """Draw the agreement over theta and phi; the paper's pair is framed."""
-    thetas, phis = (sorted({key[at] for key in results.grid}) for at in (0, 1))
-    figure.set_size_inches(11.5, 3.9)
-    axes = figure.subplots(1, 3, sharey=True)
-    for axis, metric in zip(axes, SHOWN, strict=True):
-        values = np.array([[results.grid[t, p][metric] for p in phis] for t in thetas])
-        image = axis.imshow(values, cmap="viridis", origin="lower", aspect="auto")
-        middle = (values.max() + values.min()) / 2
-        for row, column in np.ndindex(values.shape):
-            tone = "black" if values[row, column] > middle else "white"
-            text = f"{values[row, column]:.2f}"
-            axis.text(column, row, text, ha="center", va="center", fontsize=7.5, color=tone)
-        axis.set_xticks(range(len(phis)), [f"{float(p):g}" for p in phis])
-        axis.set_yticks(range(len(thetas)), [f"{float(t):g}" for t in thetas])
-        axis.set(title=HEADINGS[metric], xlabel="φ (relevance and substitutes)")
-        paper = [i for i, t in enumerate(thetas) if float(t) == 0.35]
-        for i in paper:
-            axis.add_patch(_frame(i))
-        figure.colorbar(image, ax=axis, shrink=0.8)
-    axes[0].set_ylabel("θ (representative)")
-    return True
-
-
-def sweeps(results: Results, figure: "Figure") -> bool:
-    """Draw every sweep and ablation: one panel a parameter."""
-    parameters = list(dict.fromkeys(cell.parameter for cell in results.cells))
-    if not parameters:
-        return False
-    wide = 4
-    tall = -(-len(parameters) // wide)
-    figure.set_size_inches(12.5, 2.75 * tall)
-    axes = np.asarray(figure.subplots(tall, wide, sharey=True, squeeze=False)).ravel()
-    for axis, parameter in zip(axes, parameters, strict=False):
-        cells = [cell for cell in results.cells if cell.parameter == parameter]
-        ordered = all(_is_number(cell.value) for cell in cells)
-        line = "-" if ordered else ""
-        if not ordered:
-            cells = list({cell.value: cell for cell in cells}.values())
-        at = np.arange(len(cells))
-        for metric, colour, mark in zip(SHOWN, (BLUE, ORANGE, GREEN), "os^", strict=True):
-            means = np.array([cell.metrics[metric].mean or 0 for cell in cells])
-            low = np.array([cell.metrics[metric].low or 0 for cell in cells])
-            high = np.array([cell.metrics[metric].high or 0 for cell in cells])
-            if ordered:
-                axis.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
-            else:
-                axis.vlines(at + SHOWN.index(metric) * 0.12 - 0.12, low, high, color=colour, alpha=0.5)
-            axis.plot(
-                at if ordered else at + SHOWN.index(metric) * 0.12 - 0.12,
-                means,
-                mark + line,
-                color=colour,
-                ms=4,
-                lw=1,
-                label=HEADINGS[metric],
-            )
-        determined = [cell.determined for cell in cells]
-        dashes = "--" if ordered else ""
-        axis.plot(at, determined, color=GREY, lw=1, ls=dashes, marker="_", ms=10, label="share answered")
-        axis.set_xlim(-0.5, len(cells) - 0.5)
-        turned = not ordered and len(cells) > 3
-        axis.set_xticks(
-            at, [c.value for c in cells], rotation=40 if turned else 0, ha="right" if turned else "center"
-        )
-        axis.set_title(parameter, fontsize=9)
-        axis.grid(axis="y", color="#EEEEEE")
-    for axis in axes[len(parameters) :]:
-        axis.set_visible(False)
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper right", ncols=4, frameon=False)
-    return True
-
-
 def stability(results: Results, figure: "Figure") -> bool:
     """Draw what becomes of the answers when the objects of every class are drawn again."""
     if not results.resamples:
@@ -302,13 +214,3 @@ def _wilson(share: float, n: int, z: float = 1.96) -> tuple[float, float, float]
     middle = (share + z * z / 2 / n) / (1 + z * z / n)
     half = z / (1 + z * z / n) * (share * (1 - share) / n + z * z / 4 / n / n) ** 0.5
     return share, min(share, max(0.0, middle - half)), max(share, min(1.0, middle + half))
-
-
-def _frame(at: int) -> Any:
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((at - 0.5, at - 0.5), 1, 1, fill=False, ec=ORANGE, lw=2)
-
-
-def _is_number(text: str) -> bool:
-    return text.replace(".", "", 1).isdigit()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ersatz.evaluation.calibration import half
 from ersatz.evaluation.inquiry import Case, Slot, decided
 from ersatz.evaluation.regrounding import Objects, held_degrees, reground
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.reasoner.gain import Doubt, outlook
 from ersatz.reasoner.relevance import ReasonerSettings

@@ -3,13 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from ersatz.evaluation.agreement import Answer
 from ersatz.evaluation.scenarios import Scenario
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.confidence import DRAWS
 from ersatz.reasoner.relevance import PAPER_PROPERTIES, ReasonerSettings
 from ersatz.reasoner.substitution import Status, rank_substitutes
+
+LIKELY: Final = 0.5
+"""What stands in with this probability is accepted."""
 
 
 class Method(Protocol):
@@ -77,9 +81,38 @@ class Ersatz:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """The same with what is not known drawn: by expected similarity, accepted if that is probable."""
+
+    kb: KnowledgeBase
+    settings: ReasonerSettings = field(default_factory=ReasonerSettings)
+
+    def answer(self, scenario: Scenario) -> Answer:
+        """Return expected similarities, and what stands in with a probability of one half or more."""
+        ranking = rank_substitutes(
+            self.kb, scenario.missing, scenario.available, settings=self.settings, draws=DRAWS
+        )
+        assert ranking.sure is not None
+        names = [substitute.name for substitute in ranking]
+        scores = dict(zip(names, ranking.sure.expected.tolist(), strict=True))
+        sure = dict(zip(names, ranking.sure.accepted.tolist(), strict=True))
+        if not any(scores.values()):
+            return Answer(None, frozenset())
+        return Answer(
+            tuple(scores[name] for name in scenario.available),
+            frozenset(name for name in names if sure[name] >= LIKELY),
+        )
+
+
 def ersatz_with(**settings: object) -> Maker:
     """Return a maker of ERSATZ at settings other than the paper's."""
     return lambda context: Ersatz(context.kb, ReasonerSettings(**settings))  # type: ignore[arg-type]
+
+
+def expected_with(**settings: object) -> Maker:
+    """Return the same of answers by expected similarity."""
+    return lambda context: Expected(context.kb, ReasonerSettings(**settings))  # type: ignore[arg-type]
 
 
 def papers_properties(context: Context) -> Ersatz:

@@ -4,7 +4,7 @@ Every class is asked for as the missing tool, all others are candidates. Stabili
 constant is stable: beside it stands how well the same variant agrees with scenarios.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -32,11 +32,18 @@ class Variant:
     settings : ReasonerSettings
     fuzzifier : float
         1 is crisp grounding.
+    clusters : int
+        Qualities a property.
     """
 
     label: str
     settings: ReasonerSettings
     fuzzifier: float = 1.0
+    clusters: int = 4
+
+    def grounding(self, restarts: int) -> SubcategorizationSettings:
+        """Return how values become qualities."""
+        return SubcategorizationSettings(self.clusters, restarts, fuzzifier=self.fuzzifier)
 
 
 _RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
@@ -51,6 +58,10 @@ VARIANTS: Final = (
     Variant("fuzzy, graded, Ruzicka", _RUZICKA, USUAL_FUZZIFIER),
     Variant("fuzzy, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER),
     Variant("fuzzy, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER),
+    Variant("k-means, 8 qualities, graded, ordinal", _ORDINAL, clusters=8),
+    Variant("k-means, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, clusters=8),
+    Variant("fuzzy, 8 qualities, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER, 8),
+    Variant("fuzzy, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER, 8),
 )
 
 
@@ -67,7 +78,7 @@ class Stability:
         Mean of Kendall's tau-b of the rankings.
     ties : float in [0, 1]
         Share of answers whose first place is shared.
-    refitted_top1, refitted_tau, refitted_ties : float
+    refitted_top1, refitted_tau, refitted_ties : float or None
         The same with the qualities found anew in each resample, too.
     agreement : float in [0, 1] or None
         Top-1 on scenarios, with all objects of another knowledge base.
@@ -77,9 +88,9 @@ class Stability:
     top1: float
     tau: float
     ties: float
-    refitted_top1: float
-    refitted_tau: float
-    refitted_ties: float
+    refitted_top1: float | None = None
+    refitted_tau: float | None = None
+    refitted_ties: float | None = None
     agreement: float | None = None
 
     def to_json(self) -> dict[str, Any]:
@@ -106,27 +117,34 @@ def stability(
     variants : sequence of Variant
     resamples : int
     refits : int
-        In so many of them the qualities are found anew, too; at least 1, and the slower part.
+        In so many of them the qualities are found anew, too, perhaps in none: the slower part.
     restarts : int
         Starts of k-means in several dimensions.
     progress : callable
     """
-    fuzzifiers = sorted({variant.fuzzifier for variant in variants})
-    settings = {m: SubcategorizationSettings(restarts=restarts, fuzzifier=m) for m in fuzzifiers}
-    fixed = {m: learn(objects, settings[m]) for m in fuzzifiers}
-    full = {one: similarities(reground(objects, fixed[one.fuzzifier]), one.settings) for one in variants}
+    cutting = {one: one.grounding(restarts) for one in variants}
+    fixed = {settings: learn(objects, settings) for settings in dict.fromkeys(cutting.values())}
+    full = _scores(objects, cutting, fixed)
     rows: dict[tuple[Variant, bool], list[tuple[float, ...]]] = {}
     for seed in range(resamples):
         progress("objects drawn again", seed / resamples)
         again = objects.resampled(seed)
         for refitted in (False, True)[: 1 + (seed < refits)]:
-            cuts = {m: learn(again, settings[m]) for m in fuzzifiers} if refitted else fixed
-            known = {m: reground(again, cuts[m]) for m in fuzzifiers}
-            for one in variants:
-                compared = _compare(full[one], similarities(known[one.fuzzifier], one.settings))
-                rows.setdefault((one, refitted), []).append(compared)
+            cuts = {settings: learn(again, settings) for settings in fixed} if refitted else fixed
+            for one, scores in _scores(again, cutting, cuts).items():
+                rows.setdefault((one, refitted), []).append(_compare(full[one], scores))
     means = {key: np.mean(each, axis=0).tolist() for key, each in rows.items()}
-    return tuple(Stability(one.label, *means[one, False], *means[one, True]) for one in variants)
+    return tuple(Stability(one.label, *means[one, False], *means.get((one, True), ())) for one in variants)
+
+
+def _scores(
+    objects: Objects,
+    cutting: Mapping[Variant, SubcategorizationSettings],
+    cuts: Mapping[SubcategorizationSettings, tuple[Qualities, ...]],
+) -> dict[Variant, NDArray[np.float64]]:
+    """Return the similarities by each variant."""
+    known = {settings: reground(objects, qualities) for settings, qualities in cuts.items()}
+    return {one: similarities(known[settings], one.settings) for one, settings in cutting.items()}
 
 
 def with_agreement(
@@ -134,14 +152,13 @@ def with_agreement(
     variants: Sequence[Variant],
     objects: Objects,
     scenarios: Sequence[Scenario],
+    restarts: int = 200,
 ) -> tuple[Stability, ...]:
     """Add how well each variant, with all objects of a knowledge base, agrees with the scenarios."""
-    cuts: dict[float, tuple[Qualities, ...]] = {}
+    cutting = {one: one.grounding(restarts) for one in variants}
+    cuts = {settings: learn(objects, settings) for settings in dict.fromkeys(cutting.values())}
     agreed = []
-    for one in variants:
-        settings = SubcategorizationSettings(fuzzifier=one.fuzzifier)
-        qualities = cuts.setdefault(one.fuzzifier, learn(objects, settings))
-        scores = similarities(reground(objects, qualities), one.settings)
+    for scores in _scores(objects, cutting, cuts).values():
         values = [agree(s, _answer(scores, objects, s)).value["top1"] or 0.0 for s in scenarios]
         agreed.append(sum(values) / len(values))
     return tuple(replace(one, agreement=mean) for one, mean in zip(found, agreed, strict=True))
@@ -155,9 +172,9 @@ def markdown(found: Sequence[Stability]) -> str:
         "|---|---|---|---|---|---|---|---|",
     ]
     for one in found:
-        numbers = [one.top1, one.tau, one.ties, one.refitted_top1, one.refitted_tau, one.refitted_ties]
-        agreement = "" if one.agreement is None else f"{one.agreement:.2f}"
-        lines.append(f"| {one.label} | {' | '.join(f'{x:.2f}' for x in numbers)} | {agreement} |")
+        numbers = [getattr(one, name) for name in Stability.__slots__[1:]]
+        cells = ["" if number is None else f"{number:.2f}" for number in numbers]
+        lines.append(f"| {one.label} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -1,6 +1,5 @@
 """How sure a figure is: intervals, paired tests, agreement among experts, their ceiling."""
 
-import random
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -156,18 +155,6 @@ def blind_ceiling(scenarios: Sequence[Scenario]) -> Estimate:
         nothing = scenario.modes() == {NONE}
         values.append(agree(scenario, Answer(scores, frozenset() if nothing else None)).value["top1"])
     return estimate(values, [scenario.missing for scenario in scenarios])
-
-
-def scripted_ballots(scenarios: Sequence[Scenario], experts: int, seed: int = 0) -> dict[str, dict[str, str]]:
-    """Return made-up choices for dry runs: mostly an accepted object, now and then any, or none."""
-    chance = random.Random(f"scripted {seed}")
-    found: dict[str, dict[str, str]] = {}
-    for scenario in scenarios:
-        for number in range(1, experts + 1):
-            good = sorted(scenario.accepted or ()) or [NONE]
-            pool = good if chance.random() < 0.8 else [*scenario.available, NONE]
-            found.setdefault(scenario.id, {})[f"e{number}"] = chance.choice(pool)
-    return found
 
 
 def _by_group(

@@ -7,26 +7,18 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import pyoxigraph as ox
 
-from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
+from ersatz.errors import InputError, KnowledgeBaseError
+from ersatz.knowledge import lookup
 from ersatz.knowledge import vocabulary as v
 from ersatz.knowledge.answers import Answer, answer_of
 from ersatz.knowledge.directory import DirectoryStore
 from ersatz.knowledge.models import SubstitutionModel
-from ersatz.knowledge.names import class_iri, local_name, snake_iri
 from ersatz.knowledge.opening import SHIPPED, open_store
-from ersatz.knowledge.paragraphs import batched
 from ersatz.knowledge.queries import Argument, Query, refuse_foreign_access, stored_query
 from ersatz.knowledge.revision import revision_line, revision_of
+from ersatz.knowledge.saving import check_target, with_revision, write
 from ersatz.knowledge.shelf import subjects
-from ersatz.knowledge.stores import (
-    FORMATS,
-    MemoryStore,
-    Store,
-    format_of,
-    load_own,
-    one_line,
-)
-from ersatz.knowledge.terms import lines_of
+from ersatz.knowledge.stores import MemoryStore, Store, format_of, load_own, one_line
 from ersatz.measurements import Origin, Source
 from ersatz.resources import ONTOLOGY
 
@@ -34,15 +26,6 @@ if TYPE_CHECKING:
     import rdflib
 
 T = TypeVar("T")
-
-PIECE: Final = 100_000
-"""Triples that are loaded at once: more need more memory, fewer make the engine sort more files."""
-
-_TYPES_OF: Final = {
-    "class": {v.OWL_CLASS.value},
-    "property": {v.PHYSICAL_PROPERTY.value, v.FUNCTIONAL_PROPERTY.value},
-    "quality": {v.PHYSICAL_QUALITY.value, v.FUNCTIONAL_QUALITY.value},
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +114,10 @@ class KnowledgeBase:
         """
         if path is not None and format_of(path) is None:
             check_target(path)
-            DirectoryStore.create(path, _chunks(lines))
+            DirectoryStore.create(path, with_revision(lines))
             return cls(DirectoryStore(path))
         engine = ox.Store()
-        for chunk in _chunks(lines):
+        for chunk in with_revision(lines):
             load_own(engine, chunk)
         kb = cls(MemoryStore(engine, str(path or "a knowledge base in memory")))
         if path is not None:
@@ -244,34 +227,15 @@ class KnowledgeBase:
         InputError
             If a class and something else share it.
         """
-        found = self._named(name)
-        fitting = sorted({thing for thing, types in found.items() if _is_a(types, kind)})
-        if len(fitting) > 1:
-            raise InputError(f"{name!r} may be {' or '.join(fitting)}: give the IRI")
-        if not fitting:
-            what = "name" if kind == "iri" else kind
-            raise UnknownNameError(what, name, self.known_names(kind), f"in {self.location!r}")
-        return fitting[0]
+        return lookup.resolve(self, name, kind)
 
     def kind_of(self, iri: str) -> str:
         """Return "class", "property", "quality" or "instance" for the IRI of something known."""
-        rows = self.query(f"SELECT ?type WHERE {{ {ox.NamedNode(iri)} a ?type }}")
-        types = {str(row["type"]) for row in rows}
-        return next((kind for kind in _TYPES_OF if _is_a(types, kind)), "instance")
+        return lookup.kind_of(self, iri)
 
     def known_names(self, kind: str) -> list[str]:
         """Return the names of all classes, instances, properties or qualities, or of everything."""
-        if kind == "class":
-            return [str(row["name"]) for row in self.ask("classes")]
-        if kind == "property":
-            return [local_name(str(row["property"])) for row in self.ask("properties")]
-        if kind == "quality":
-            return [local_name(str(row["quality"])) for row in self.ask("qualities")]
-        if kind == "instance":
-            return [str(row["name"]) for row in self.ask("all_instances")]
-        return [
-            name for one in ("class", "property", "quality", "instance") for name in self.known_names(one)
-        ]
+        return lookup.known_names(self, kind)
 
     def tell(self, remove: Iterable[str], add: Iterable[str]) -> None:
         """Replace triples, given as lines of N-Triples, and the revision with them, at once.
@@ -368,6 +332,8 @@ class KnowledgeBase:
         ------
         InputError
             If the name says no format, or the shipped knowledge base would be overwritten.
+        LockedError
+            If the file was changed by another writer since it was opened.
         """
         if path is None and not isinstance(self._store, MemoryStore):
             return  # a directory or an endpoint changed when it was told
@@ -380,7 +346,10 @@ class KnowledgeBase:
             raise InputError(
                 f"{target.stem!r} is shipped with ERSATZ: save it elsewhere, such as ./{target.name}"
             )
-        write(self.triples(), target)
+        if isinstance(self._store, MemoryStore) and target.resolve() == Path(self.location).resolve():
+            self._store.save(lambda: write(self.triples(), target))
+        else:
+            write(self.triples(), target)
 
     @property
     def graph(self) -> "rdflib.Graph":
@@ -393,93 +362,8 @@ class KnowledgeBase:
 
         return owlready2_ontology(self.triples())
 
-    def _named(self, name: str) -> dict[str, set[str]]:
-        """Return what may be meant by a name, with its types."""
-        prefix, colon, rest = name.partition(":")
-        if name.startswith(("http://", "https://")) or (colon and prefix in v.PREFIXES):
-            guesses = [name if name.startswith("http") else v.PREFIXES[prefix] + rest]
-        else:
-            guesses = _guesses(name)
-        found: dict[str, set[str]] = {}
-        values = " ".join(str(ox.NamedNode(guess)) for guess in guesses if _valid(guess))
-        if values:
-            for row in self.query(
-                f"SELECT ?thing ?type WHERE {{ VALUES ?thing {{ {values} }} ?thing a ?type }}"
-            ):
-                found.setdefault(str(row["thing"]), set()).add(str(row["type"]))
-        if not found:
-            for row in self.ask("lookup", name=name):
-                found.setdefault(str(row["thing"]), set()).add(str(row["type"]))
-        return found
-
-
-def write(triples: Iterable[ox.Triple], target: Path) -> None:
-    """Write triples to a file, or to a new directory knowledge base where the name has no suffix."""
-    check_target(target)
-    if format_of(target) is not None:
-        from ersatz.knowledge.turtle import write_file
-
-        try:
-            write_file(triples, target)
-        except PermissionError as error:
-            raise KnowledgeBaseError(f"cannot write {str(target)!r}: {error.strerror}") from None
-    else:
-        DirectoryStore.create(target, _pieces(lines_of(triples)))
-
 
 def _graph(kb: KnowledgeBase) -> "rdflib.Graph":
     from ersatz.knowledge.views import rdflib_graph
 
     return rdflib_graph(kb.triples())
-
-
-def check_target(target: Path) -> None:
-    """Raise if nothing can be written under this name."""
-    if not target.parent.is_dir():
-        raise KnowledgeBaseError(f"there is no directory {str(target.parent)!r}: create it first")
-    if format_of(target) is not None:
-        if target.is_dir():
-            raise KnowledgeBaseError(f"{str(target)!r} is a directory: choose another name")
-    elif target.suffix and not target.is_dir():
-        raise InputError(
-            f"{target.name!r} says no RDF format: use {', '.join(FORMATS)} (each also with .gz), "
-            "or no suffix for a directory"
-        )
-    elif target.is_file():
-        raise KnowledgeBaseError(f"{str(target)!r} is a file: choose another name for the directory")
-
-
-def _chunks(lines: Iterable[str]) -> Iterator[bytes]:
-    """Yield the lines in pieces, and at last the revision that follows from them."""
-    revision = 0
-    for piece in batched(lines, PIECE):
-        revision = revision_of(piece, revision)
-        yield "".join(piece).encode()
-    yield revision_line(revision).encode()
-
-
-def _pieces(lines: Iterable[str]) -> Iterator[bytes]:
-    return ("".join(piece).encode() for piece in batched(lines, PIECE))
-
-
-def _guesses(name: str) -> list[str]:
-    try:
-        return [class_iri(name), snake_iri(name)]
-    except InputError:
-        return []
-
-
-def _valid(iri: str) -> bool:
-    try:
-        ox.NamedNode(iri)
-    except ValueError:
-        return False
-    return True
-
-
-def _is_a(types: set[str], kind: str) -> bool:
-    if kind == "iri":
-        return True
-    if kind == "instance":
-        return any(not one.startswith((v.ERSATZ, v.OWL)) for one in types)
-    return bool(types & _TYPES_OF[kind])

@@ -71,7 +71,8 @@ class DirectoryStore:
     def engine(self) -> ox.Store:
         """What is read: the newest snapshot, or the writer's own state once there was a change."""
         engine = self._writer or self._reader
-        assert engine is not None
+        if engine is None:
+            raise KnowledgeBaseError(f"{self.location!r} is closed: open it again")
         return engine
 
     def query(self, text: str) -> Results:

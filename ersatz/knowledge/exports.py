@@ -30,7 +30,8 @@ SELECT ?thing ?subject ?object ?degree WHERE {{
 }}"""
 _ANSWERS: Final = f"""
 SELECT ?thing ?subject ?object (COALESCE(?probability, ?similarity) AS ?degree) WHERE {{
-  ?answer {v.MISSING_TOOL}/{v.DESCRIBES_CLASS} ?object ; {v.HAS_CANDIDATE} ?thing .
+  ?build a {v.KNOWLEDGE_BUILD} ; {v.REVISION} ?current .
+  ?answer {v.MISSING_TOOL}/{v.DESCRIBES_CLASS} ?object ; {v.HAS_CANDIDATE} ?thing ; {v.REVISION} ?current .
   ?thing {v.CANDIDATE} ?who ; {v.SIMILARITY} ?similarity ; {v.ACCEPTED} true .
   OPTIONAL {{ ?thing {v.ACCEPTANCE_PROBABILITY} ?probability }}
   OPTIONAL {{ ?who {v.DESCRIBES_CLASS} ?class }}
@@ -55,7 +56,8 @@ def knowrob(knowledge: Iterable[ox.Triple]) -> Iterator[ox.Triple]:
 
     Every membership of a class model becomes a reified `ersatz:holds` of the class with its proportion
     as confidence, and occasional, because some objects of the class do not hold the quality. Every
-    accepted substitute becomes a reified `ersatz:substitutes` of the missing tool's class; its confidence
+    accepted substitute of an answer that is up to date becomes a reified `ersatz:substitutes` of the missing
+    tool's class; its confidence
     is the probability that it stands in or, where that was not asked, its similarity. With fuzzy grounding
     every degree of an object's value becomes a reified `ersatz:holds` of the object with the degree as
     confidence. Classes, objects and what they hold are kept as they are.
@@ -99,7 +101,8 @@ def oro(knowledge: Iterable[ox.Triple]) -> Iterator[ox.Triple]:
 
     Names stay (`oro:Bowl`, `oro:bowl_01`, `oro:rigidity_4`). What an object holds becomes
     `oro:hasQuality`, because `oro:holds` means a hand; a class's representative quality is said of the
-    class by `oro:isTypically`; an accepted substitute is a plain `oro:canSubstituteFor`.
+    class by `oro:isTypically`; an accepted substitute of an answer that is up to date is a plain
+    `oro:canSubstituteFor`.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ import pyoxigraph as ox
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.validation import read_into
+from ersatz.knowledge.stores import read_into
 from ersatz.resources import ONTOLOGY
 
 BRIDGES: Final = tuple(sorted(file.stem for file in (ONTOLOGY / "bridges").glob("*.ttl")))

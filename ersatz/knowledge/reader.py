@@ -104,6 +104,10 @@ def read_instance(kb: "KnowledgeBase", name: str, qualities: tuple[Qualities, ..
             )
         return None
     instance, label = str(known[0]["name"]), str(known[0]["className"])
+    if len(classes := sorted({local_name(str(row["class"])) for row in known})) > 1:
+        raise InputError(
+            f"{instance!r} is of the classes {' and '.join(classes)}: leave it the one it was counted in"
+        )
     for row in known:
         refuse_renamed(iri, str(row["name"]), snake_iri)
         refuse_renamed(str(row["class"]), str(row["className"]), class_iri)

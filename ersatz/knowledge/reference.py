@@ -11,7 +11,7 @@ from typing import Any, Final
 import pyoxigraph as ox
 
 from ersatz.knowledge import vocabulary as v
-from ersatz.knowledge.validation import read_into
+from ersatz.knowledge.stores import read_into
 from ersatz.resources import DATA, ONTOLOGY, SPARQL
 
 _SKOS: Final = "http://www.w3.org/2004/02/skos/core#"

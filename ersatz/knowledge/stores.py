@@ -5,14 +5,16 @@ terms. Nothing here knows what the triples mean.
 """
 
 import gzip
+import sys
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
 import pyoxigraph as ox
 
-from ersatz.errors import InputError, KnowledgeBaseError
+from ersatz.errors import InputError, KnowledgeBaseError, LockedError
 
 Results: TypeAlias = ox.QuerySolutions | ox.QueryBoolean | ox.QueryTriples
 
@@ -51,9 +53,10 @@ def format_of(path: Path) -> tuple[ox.RdfFormat, bool] | None:
 class MemoryStore:
     """Triples in memory, read from a file or just made; changes stay there until they are saved."""
 
-    def __init__(self, engine: ox.Store, location: str) -> None:
+    def __init__(self, engine: ox.Store, location: str, stamp: tuple[int, ...] = ()) -> None:
         self.engine = engine
         self.location = location
+        self._stamp = stamp
 
     @classmethod
     def read(cls, path: Path) -> "MemoryStore":
@@ -74,6 +77,7 @@ class MemoryStore:
         format_, packed = known
         engine = ox.Store()
         try:
+            stamp = _stamp(path)
             raw = path.read_bytes()
             engine.bulk_load(gzip.decompress(raw) if packed else raw, format=format_)
         except FileNotFoundError:
@@ -84,7 +88,22 @@ class MemoryStore:
             ) from None
         except OSError as error:
             raise KnowledgeBaseError(f"cannot read {str(path)!r}: {error.strerror or error}") from None
-        return cls(engine, str(path))
+        return cls(engine, str(path), stamp)
+
+    def save(self, write: Callable[[], None]) -> None:
+        """Write back to the file it was read from.
+
+        Raises
+        ------
+        LockedError
+            If the file is not the one that was read: somebody's changes would be lost.
+        """
+        path = Path(self.location)
+        with _held(path):
+            if self._stamp and path.exists() and _stamp(path) != self._stamp:
+                raise LockedError(f"{self.location!r} was changed by another writer meanwhile: open it again")
+            write()
+            self._stamp = _stamp(path)
 
     def query(self, text: str) -> Results:
         """Answer a SPARQL 1.1 query."""
@@ -100,6 +119,48 @@ class MemoryStore:
 
     def close(self) -> None:
         """Nothing is held."""
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return what tells whether a file was replaced or written to."""
+    known = path.stat()
+    return known.st_ino, known.st_size, known.st_mtime_ns
+
+
+@contextmanager
+def _held(path: Path) -> Iterator[None]:
+    """Keep others who save this file waiting until they can see that it was replaced."""
+    if sys.platform == "win32" or not path.exists():
+        yield
+        return
+    import fcntl
+
+    with path.open("rb") as handle:
+        with suppress(OSError):  # not every file system has locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+
+
+def read_into(store: ox.Store, path: Path) -> None:
+    """Read an RDF file in the format its name says.
+
+    Raises
+    ------
+    KnowledgeBaseError
+        If there is no such file.
+    InputError
+        If its name says no format we read, or its content is not in that format.
+    """
+    kind = ox.RdfFormat.from_extension(path.suffix.removeprefix(".").replace("owl", "rdf"))
+    if kind is None:
+        raise InputError(f"{path.name!r} says no RDF format: use .ttl, .nt, .owl, .rdf or .jsonld")
+    try:
+        # The base makes relative IRIs of foreign files harmless; ours have none.
+        store.bulk_load(path=str(path), format=kind, base_iri="https://example.org/")
+    except SyntaxError as error:
+        raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
+    except OSError as error:
+        raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
 
 
 def change_text(remove: Iterable[str], add: Iterable[str], guard: str, graph: str | None = None) -> str:

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pyoxigraph import Literal, NamedNode, Quad, Triple
 
 from ersatz.errors import InputError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.vocabulary import LABEL, NAMED_INDIVIDUAL, TYPE, XSD
 
 _DECIMAL = f"^^<{XSD}decimal>"

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pyoxigraph as ox
 from numpy.typing import NDArray
 
 from ersatz.errors import InputError
@@ -16,16 +17,18 @@ from ersatz.grounding.conceptualization import Counts, conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge import vocabulary as v
+from ersatz.knowledge.answers import value_of
 from ersatz.knowledge.builds import source_lines
 from ersatz.knowledge.instances import instance_knowledge
 from ersatz.knowledge.memberships import class_knowledge, function_knowledge
 from ersatz.knowledge.names import class_iri, distinct, local_name, model_iri, refuse_renamed, snake_iri
 from ersatz.knowledge.queries import exact
 from ersatz.knowledge.reader import ask_about, read_counts, read_instance, read_qualities
+from ersatz.knowledge.revision import is_knowledge
 from ersatz.knowledge.substitutions import all_substitution_lines
 from ersatz.knowledge.terms import english
 from ersatz.knowledge.writer import named
-from ersatz.measurements import DIGITS, Block, Measurements, Origin, Source
+from ersatz.measurements import DIGITS, Block, Measurements, Origin, Source, out_of_range
 
 if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
@@ -46,6 +49,9 @@ def observe(
     blocks = []
     for name, value in values.items():
         prop, row = _known(name, known).property, _vector(name, value)
+        wrong, allowed = out_of_range(prop, row)
+        if wrong.any():
+            raise InputError(f"{name!r} is {value!r}: it is {allowed}; correct the value or its unit")
         blocks.append(Block(prop, [object_class], [instance], [observation], row, origin, source))
     observe_blocks(kb, object_class, instance, blocks)
 
@@ -134,6 +140,7 @@ def _replace(
         lines.extend(class_knowledge(counts, 0, theta))
         for function in _changed(before, after):
             lines.extend(function_knowledge(counts, function, theta))
+    _refuse_edited(kb, after, remove)
     kb.tell(remove, add)
 
 
@@ -180,6 +187,34 @@ def _known(name: str, known: Mapping[str, Qualities]) -> Qualities:
     if name not in known:
         raise InputError(f"property {name!r} has no qualities here: known are {', '.join(sorted(known))}")
     return known[name]
+
+
+def _refuse_edited(kb: "KnowledgeBase", after: Counts, old: Iterable[str]) -> None:
+    """Raise if knowledge of what changes was edited by hand: it would neither be found nor add up."""
+    problem = "the knowledge base was edited by hand: {}; take the edit back, or build it again"
+    if min(after.units.min(), after.class_counts.min(initial=0), after.function_counts.min(initial=0)) < 0:
+        raise InputError(problem.format(f"more was measured of {after.classes[0]!r} than is counted"))
+    known = ox.parse("".join(filter(is_knowledge, old)), format=ox.RdfFormat.N_TRIPLES)
+    expected = {_fact(quad.triple): quad.triple for quad in known}
+    things = " ".join({str(subject) for subject, _, _ in expected})
+    told = kb.construct(f"CONSTRUCT {{ ?s ?p ?o }} WHERE {{ VALUES ?s {{ {things} }} ?s ?p ?o }}")
+    there = {_fact(triple): triple for triple in told}
+    added = (
+        there[fact]
+        for fact in there.keys() - expected.keys()
+        if fact[1] not in (v.TYPE, v.SUBCLASS_OF) and is_knowledge(f"{there[fact]} .\n")
+    )
+    for triple in sorted((*(expected[fact] for fact in expected.keys() - there.keys()), *added), key=str):
+        subject, predicate, value = (local_name(term.value) for term in triple)
+        said = "says" if _fact(triple) in there else "does not say"
+        raise InputError(problem.format(f"it {said} of {subject!r}: {predicate} {value}"))
+
+
+def _fact(triple: ox.Triple) -> tuple[Any, ...]:
+    """Return a triple so that numbers are equal however a server writes them."""
+    value = triple.object
+    same = (value.datatype, value_of(value)) if isinstance(value, ox.Literal) else value
+    return triple.subject, triple.predicate, same
 
 
 def _vector(name: str, value: Any) -> NDArray[np.float64]:

@@ -15,8 +15,9 @@ from typing import Any, Final
 
 import pyoxigraph as ox
 
-from ersatz.errors import InputError, KnowledgeBaseError, MissingDependencyError
+from ersatz.errors import InputError, MissingDependencyError
 from ersatz.knowledge.contradictions import consistent, explain
+from ersatz.knowledge.stores import read_into
 from ersatz.resources import ONTOLOGY, SPARQL
 
 CORE: Final = "https://w3id.org/ersatz"
@@ -239,28 +240,6 @@ def with_ontology(knowledge: Iterable[ox.Triple | ox.Quad]) -> ox.Store:
     store.bulk_extend(ox.Quad(t.subject, t.predicate, t.object) for t in knowledge)
     read_into(store, ONTOLOGY / "ersatz.ttl")
     return store
-
-
-def read_into(store: ox.Store, path: Path) -> None:
-    """Read an RDF file in the format its name says.
-
-    Raises
-    ------
-    KnowledgeBaseError
-        If there is no such file.
-    InputError
-        If its name says no format we read, or its content is not in that format.
-    """
-    kind = ox.RdfFormat.from_extension(path.suffix.removeprefix(".").replace("owl", "rdf"))
-    if kind is None:
-        raise InputError(f"{path.name!r} says no RDF format: use .ttl, .nt, .owl, .rdf or .jsonld")
-    try:
-        # The base makes relative IRIs of foreign files harmless; ours have none.
-        store.bulk_load(path=str(path), format=kind, base_iri="https://example.org/")
-    except SyntaxError as error:
-        raise InputError(f"{path.name!r} is no {kind.name}: {error}") from None
-    except OSError as error:
-        raise KnowledgeBaseError(f"cannot read {path}: {error.strerror or error}") from None
 
 
 def _all(look: Callable[[ox.Store], Iterator[Finding]], store: ox.Store) -> list[Finding]:

@@ -1,16 +1,17 @@
 """Asking for more: what to measure next, of which thing, before deciding."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ersatz.errors import InputError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.confidence import SURE
 from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook
+from ersatz.reasoner.population import load_population
 from ersatz.reasoner.recognition import held_bits
 from ersatz.reasoner.relevance import ReasonerSettings
 from ersatz.reasoner.representative import Knowledge, load_knowledge
@@ -153,14 +154,22 @@ def ask_for_more(
     known = kb.view(load_knowledge)
     if held is None:
         ranking = rank_substitutes(kb, missing, available, instances=instances, settings=settings)
-        found = outlook(ranking.question, draws, seed, about)
+        question = replace(ranking.question, population=kb.view(load_population))
+        found = outlook(question, draws, seed, about)
         things = [(one.name, one.kind) for one in ranking]
         return _wishes(known, ranking.question.tool, found, things, about)
     if available or instances:
         raise InputError("name things that are available, or what is known of one object, not both")
     tool = known.row_of_class[kb.resolve(missing, "class")]
     bits = held_bits(known, held)[None].astype(np.float64)
-    question = Question(known, settings or ReasonerSettings(), tool, np.array([-1]), bits)
+    question = Question(
+        known,
+        settings or ReasonerSettings(),
+        tool,
+        np.array([-1]),
+        bits,
+        population=kb.view(load_population),
+    )
     found = outlook(question, draws, seed, about)
     return _wishes(known, tool, found, [(UNNAMED, "object")], about)
 

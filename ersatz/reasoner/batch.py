@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
-from ersatz.reasoner.candidates import class_row
 from ersatz.reasoner.indices import crisp_index
 from ersatz.reasoner.relevance import Combine, Index, ReasonerSettings
-from ersatz.reasoner.representative import load_knowledge
+from ersatz.reasoner.representative import class_row, load_knowledge
 from ersatz.reasoner.similarity import above, best_first, compare, ratios, set_sizes
 
 BLOCK: Final = 1024

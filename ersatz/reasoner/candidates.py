@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.names import local_name
 from ersatz.reasoner.quantised import GradedIndex, Grades, held_grades
 from ersatz.reasoner.relevance import Index
-from ersatz.reasoner.representative import Knowledge, pack
+from ersatz.reasoner.representative import Knowledge, class_row, pack
 
 DIGITS: Final = Decimal("0.000001")
 
@@ -97,12 +98,6 @@ def gather(
     return _joined(known, index, found, extra, known.classes.iris[tool]) if extra else found
 
 
-def class_row(kb: KnowledgeBase, known: Knowledge, name: str) -> int:
-    """Return the row of a class among `Knowledge.classes`."""
-    row = known.row_of_name.get(name)
-    return known.row_of_class[kb.resolve(name, "class")] if row is None else row
-
-
 def _joined(
     known: Knowledge, index: Index | GradedIndex, classes: Candidates, extra: Sequence[Instance], tool: str
 ) -> Candidates:
@@ -145,5 +140,8 @@ def _held(kb: KnowledgeBase, iri: str) -> dict[str, Decimal]:
 
 
 def _instance(kb: KnowledgeBase, iri: str, held: dict[str, Decimal]) -> Instance:
-    row = kb.ask("instance", instance=iri)[0]
+    rows = kb.ask("instance", instance=iri)
+    if not rows:
+        raise InputError(f"{local_name(iri)!r} or its class has no English label: run `ersatz check`")
+    row = rows[0]
     return Instance(str(row["name"]), iri, str(row["class"]), held)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.knowledge.models import Chances, Drawing
-from ersatz.reasoner.posterior import PRIOR
+from ersatz.reasoner import population, posterior
 from ersatz.reasoner.sampling import Question, samples
 
 DRAWS: Final = 200
@@ -32,7 +32,7 @@ class Confidence:
     Attributes
     ----------
     accepted : float in [0, 1]
-        Probability that it stands in.
+        Probability that it stands in: that the rule, with endlessly many more objects, accepts it.
     best : float in [0, 1]
         Probability that it is the most similar of the candidates; they add up to 1, ties shared.
     low, high : float in [0, 1]
@@ -90,6 +90,8 @@ class Confidences:
     expected : (n,) float64 array
         Mean similarity over the draws.
     draws, seed : int
+    prior : float, in objects
+        What the prior weighs beside them.
     """
 
     accepted: NDArray[np.float64]
@@ -99,6 +101,7 @@ class Confidences:
     expected: NDArray[np.float64]
     draws: int
     seed: int
+    prior: float
 
     def of(self, at: int) -> Confidence:
         """Return the confidence of one candidate."""
@@ -107,7 +110,7 @@ class Confidences:
 
     def drawing(self) -> Drawing:
         """Return how the figures were made, as it is written down."""
-        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(PRIOR)))
+        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(self.prior)))
 
 
 def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confidences:
@@ -137,7 +140,8 @@ def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confid
     tails = (1 - MASS) / 2, (1 + MASS) / 2
     low, high = np.quantile(similarity.astype(np.float64), tails, axis=0)
     expected = similarity.mean(axis=0, dtype=np.float64)
-    return Confidences(accepted / draws, best / draws, low, high, expected, draws, seed)
+    prior = posterior.PRIOR if question.population is None else population.PRIOR
+    return Confidences(accepted / draws, best / draws, low, high, expected, draws, seed, prior)
 
 
 def check_draws(draws: int, seed: int) -> None:

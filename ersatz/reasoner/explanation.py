@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.terms import plain, rough_text
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual
 from ersatz.reasoner.graded import ONE

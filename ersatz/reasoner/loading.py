@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.errors import KnowledgeBaseError
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import exact, stored_query
@@ -168,6 +168,11 @@ def _read(kb: KnowledgeBase, text: str, qualities: Iterable[QualityTerm]) -> Rea
                 one = (str(name), _millionths(count) // DEGREE)
                 found.units[concept] = min(found.units.get(concept, one), one)
                 continue
+            if quality not in column:
+                raise KnowledgeBaseError(
+                    f"{kb.location!r} counts {local_name(quality)!r}, which is no quality it describes: "
+                    "run `ersatz check`"
+                )
             found.concept.append(found.concepts.setdefault(concept, len(found.concepts)))
             found.quality.append(column[quality])
             found.count.append(_millionths(count))

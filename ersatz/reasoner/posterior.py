@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ersatz.grounding.conceptualization import DEGREE
+from ersatz.grounding.fuzzy import DEGREE
 from ersatz.reasoner.representative import Memberships, QualityTerm
 
 PRIOR: Final = 1.0
@@ -48,9 +48,7 @@ class Posterior:
 
     def of_property(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (..., q) sums over the qualities of the same property."""
-        starts = np.flatnonzero(np.diff(self.property, prepend=-1))
-        sums: NDArray[np.float64] = np.add.reduceat(values, starts, axis=-1)[..., self.property]
-        return sums
+        return property_sums(values, self.property)
 
     def mean(self) -> NDArray[np.float64]:
         """Return (n, q) expected degrees."""
@@ -100,11 +98,23 @@ def posterior(memberships: Memberships, qualities: Sequence[QualityTerm], prior:
     qualities : sequence of q QualityTerm
     prior : float > 0, in observed units
     """
+    number = property_numbers(qualities)
+    each = prior / np.bincount(number)[number]
+    return Posterior(memberships.counts / DEGREE + each, each, number)
+
+
+def property_numbers(qualities: Sequence[QualityTerm]) -> NDArray[np.int64]:
+    """Return (q,): the number of each quality's property; qualities of one property stand together."""
     names = [quality.property for quality in qualities]
     number = {name: at for at, name in enumerate(dict.fromkeys(names))}
-    each = np.array([prior / names.count(name) for name in names])
-    property_ = np.array([number[name] for name in names], dtype=np.int64)
-    return Posterior(memberships.counts / DEGREE + each, each, property_)
+    return np.array([number[name] for name in names], dtype=np.int64)
+
+
+def property_sums(values: NDArray[np.float64], number: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return (..., q) sums over the qualities of the same property."""
+    starts = np.flatnonzero(np.diff(number, prepend=-1))
+    sums: NDArray[np.float64] = np.add.reduceat(values, starts, axis=-1)[..., number]
+    return sums
 
 
 def beta_above(a: NDArray[np.float64], b: NDArray[np.float64], x: float) -> NDArray[np.float64]:

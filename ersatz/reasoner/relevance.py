@@ -126,6 +126,8 @@ class ReasonerSettings:
             except ValueError:
                 choice = ", ".join(options)
                 raise InputError(f"{name} {getattr(self, name)!r} is not one of {choice}") from None
+        if isinstance(self.properties, str):
+            raise InputError(f"properties is {self.properties!r}: give a list of names, not one string")
         if self.properties is not None:
             object.__setattr__(self, "properties", tuple(sorted(self.properties)))
         self._check_combination()

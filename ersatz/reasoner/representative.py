@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase, View
 from ersatz.knowledge.models import ClassModel, Entry, FunctionModel
 from ersatz.measurements import Kind
@@ -138,6 +139,23 @@ load_knowledge: Final = View(_load, _refresh)
 """All class knowledge and function models of a knowledge base, by `kb.view(load_knowledge)`."""
 
 
+def class_row(kb: KnowledgeBase, known: Knowledge, name: str) -> int:
+    """Return the row of a class among `Knowledge.classes`.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such class.
+    InputError
+        If it is one that somebody added by hand, of which nothing was measured.
+    """
+    row = known.row_of_name.get(name)
+    row = known.row_of_class.get(kb.resolve(name, "class")) if row is None else row
+    if row is None:
+        raise InputError(f"class {name!r} has no model, or no English label: run `ersatz check`")
+    return row
+
+
 def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
     """Return what is known of a class.
 
@@ -147,7 +165,7 @@ def class_model(kb: KnowledgeBase, name: str) -> ClassModel:
         If no class has the name.
     """
     known = kb.view(load_knowledge)
-    row = known.row_of_class[kb.resolve(name, "class")]
+    row = class_row(kb, known, name)
     return ClassModel(
         known.classes.names[row],
         known.classes.iris[row],

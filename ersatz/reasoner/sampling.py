@@ -1,18 +1,20 @@
 """Sampling: one question answered many times, each with degrees drawn from their posteriors.
 
 What is not known is drawn: the degrees of the tool, of the functions and of candidate classes; of a single
-object the qualities nobody measured. Draws are independent between properties and between concepts, as
-counts of single properties cannot tell what goes together.
+object the qualities nobody measured. Where the objects are known, they are drawn as wholes; else draws are
+independent between properties and between concepts, as counts of single properties cannot tell what goes
+together.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ersatz.reasoner.graded import similarities, weigh
+from ersatz.reasoner.population import Population
 from ersatz.reasoner.posterior import Posterior, posterior
 from ersatz.reasoner.relevance import ReasonerSettings, in_use, layout_of, relevant_sets
 from ersatz.reasoner.representative import Knowledge, pack
@@ -20,6 +22,10 @@ from ersatz.reasoner.similarity import Similarity, above, compare
 
 CHUNK: Final = 1 << 21
 """Degrees drawn at a time: 16 MiB, and a few times that for what is made of them."""
+
+
+_Draw: TypeAlias = Callable[[int], tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]
+"""Draws so often: degrees of the tool (s, q), candidate classes (s, n, q) and functions (s, f, q)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +46,8 @@ class Question:
         Ask not for the answer with endless data, but for the one with more objects: with so many times as
         many as are known, or with so many of each class that have a value of the quality's property,
         functions being known.
+    population : Population, optional
+        The objects behind the counts; not for numbers of objects to come.
     """
 
     knowledge: Knowledge
@@ -48,6 +56,7 @@ class Question:
     rows: NDArray[np.int64]
     held: NDArray[np.float64]
     further: float | NDArray[np.int64] | None = None
+    population: Population | None = None
 
     def degrees(
         self, of: Posterior, rows: NDArray[np.int64] | None, draws: int, chance: "np.random.Generator"
@@ -104,20 +113,48 @@ def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
     known, rows = question.knowledge, question.rows
     chances = np.random.default_rng(seed).spawn(4)
     classes = rows >= 0
-    theirs = known.classes.only(rows[classes].tolist())
-    tables = (known.classes.only([question.tool]), theirs, known.functions)
-    tool, models, functions = (posterior(one, known.qualities) for one in tables)
     objects = None if classes.all() else _objects(question)
-    width = len(known.qualities) * (1 + len(rows) + len(known.functions.iris))
-    size = max(1, CHUNK // max(width, 1))
+    draw, each = _classes(question, chances) if question.population is None else _wholes(question, chances)
+    size = max(1, CHUNK // max(each, 1))
     for start in range(0, draws, size):
         number = min(size, draws - start)
         candidates = np.empty((number, len(rows), len(known.qualities)))
-        candidates[:, classes] = question.degrees(models, rows[classes], number, chances[0])
+        tool, candidates[:, classes], functions = draw(number)
         if objects is not None:
             candidates[:, ~classes] = objects.draw(number, chances[1])
-        mine = question.degrees(tool, np.array([question.tool]), number, chances[2])[:, 0]
-        yield _answer(question, mine, question.degrees(functions, None, number, chances[3]), candidates)
+        yield _answer(question, tool, functions, candidates)
+
+
+def _classes(question: Question, chances: Sequence[np.random.Generator]) -> tuple[_Draw, int]:
+    """Return what draws from the counts, and how many degrees a draw has."""
+    known, rows = question.knowledge, question.rows
+    chosen = np.concatenate([[question.tool], rows[rows >= 0]])
+    tool, theirs = (
+        posterior(known.classes.only(of.tolist()), known.qualities) for of in np.split(chosen, [1])
+    )
+    functions = posterior(known.functions, known.qualities)
+
+    def draw(number: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        candidates = question.degrees(theirs, chosen[1:], number, chances[0])
+        mine = question.degrees(tool, chosen[:1], number, chances[2])[:, 0]
+        return mine, candidates, question.degrees(functions, None, number, chances[3])
+
+    return draw, len(known.qualities) * (1 + len(rows) + len(known.functions.iris))
+
+
+def _wholes(question: Question, chances: Sequence[np.random.Generator]) -> tuple[_Draw, int]:
+    """Return what draws objects as wholes, and how many numbers a draw has."""
+    known, rows, population = question.knowledge, question.rows, question.population
+    if population is None or isinstance(question.further, np.ndarray):
+        raise ValueError("a population is drawn endless or so many times as large")
+    further = question.further
+
+    def draw(number: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        classes, functions = population.draw(known, number, chances[0], further)
+        return classes[:, question.tool], classes[:, rows[rows >= 0]], functions
+
+    many = len(known.classes.names) + len(known.functions.iris)
+    return draw, len(population.of_class) * len(known.classes.names) + len(known.qualities) * many
 
 
 def outcomes(question: Question, sample: Sample) -> NDArray[np.float64]:

@@ -18,12 +18,13 @@ from ersatz.knowledge.substitutions import load_substitution, remembered, substi
 from ersatz.knowledge.substitutions import remember as write_model
 from ersatz.knowledge.terms import plain, proportion_text
 from ersatz.reasoner.aspects import Aspect, PropertyWeight, aspects, in_words, property_weights
-from ersatz.reasoner.candidates import Candidates, class_row, gather
+from ersatz.reasoner.candidates import Candidates, gather
 from ersatz.reasoner.confidence import Confidence, Confidences, confidences
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual, Graded, Steps, counterfactual
 from ersatz.reasoner.explanation import Evidence, evidence, origin, reasons, turning
 from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.indices import crisp_index, graded_index
+from ersatz.reasoner.population import load_population
 from ersatz.reasoner.quantised import (
     GradedIndex,
     Grades,
@@ -37,7 +38,7 @@ from ersatz.reasoner.relevance import (
     Spacing,
     relevance,
 )
-from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
+from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import best_first, compare, ratios
 
@@ -393,7 +394,8 @@ def rank_substitutes(
         found, candidates = _recalled(known, index, tool, model, candidates)
     ranking = _rank(kb, known, iri, settings, found, candidates, top, reused=model is not None)
     if draws is not None:
-        ranking = replace(ranking, sure=confidences(ranking.question, draws, seed))
+        question = replace(ranking.question, population=kb.view(load_population))
+        ranking = replace(ranking, sure=confidences(question, draws, seed))
     if remember and (model is None or draws is not None) and ranking.status is Status.OK:
         write_model(kb, ranking.model())
     return ranking

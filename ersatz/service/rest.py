@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Header, HTTPException, Query
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.requests import Request
 
 from ersatz.errors import ErsatzError, InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.confidence import DRAWS
-from ersatz.reasoner.relevance import PAPER_PROPERTIES, Combine, ReasonerSettings
+from ersatz.reasoner.relevance import PAPER_PROPERTIES, Combine, ReasonerSettings, Spacing
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import Ranking, rank_substitutes
@@ -90,6 +91,8 @@ class Health(BaseModel):
 class Question(BaseModel):
     """A question for substitutes whose answer is to be remembered."""
 
+    model_config = ConfigDict(extra="forbid")
+
     missing: Name
     available: Annotated[list[Name], Field(max_length=1000)] = []
     instances: Annotated[list[Name], Field(max_length=1000)] = []
@@ -120,6 +123,7 @@ def rest_routes(service: Service) -> APIRouter:
         summary="Which of the available things will do, and why?",
     )
     async def substitutes(
+        request: Request,
         missing: Annotated[str, Query(min_length=1, max_length=300, description="The missing tool's class.")],
         available: Annotated[
             list[Name] | None, Query(max_length=1000, description="Classes at hand; without any: all.")
@@ -138,6 +142,8 @@ def rest_routes(service: Service) -> APIRouter:
         confidence: Annotated[
             bool, Query(description=f"Also tell how sure it is; of at most {MOST_UNSURE} candidates.")
         ] = False,
+        spacing: Annotated[Spacing, Query(description="Of ordinal: as far apart as what?")] = Spacing.RANK,
+        certainty: Number = None,
         above_lowest: bool = False,
         fallback: bool = False,
         properties: Annotated[
@@ -145,18 +151,25 @@ def rest_routes(service: Service) -> APIRouter:
         ] = None,
         top: Annotated[int, Query(ge=1, le=1_000, description="Only so many.")] = 100,
     ) -> Substitutes:
+        _refuse_unknown(request)
         chosen: dict[str, Any] = {
             "representative": representative,
             "tolerance": tolerance,
             "relevance_tolerance": relevance_tolerance,
             "similarity": similarity,
+            "certainty": certainty,
             "properties": chosen_properties(properties),
         }
 
         def ask() -> dict[str, Any]:
             given = {name: value for name, value in chosen.items() if value is not None}
             settings = ReasonerSettings(
-                combine=combine, above_lowest=above_lowest, fallback=fallback, graded=graded, **given
+                combine=combine,
+                spacing=spacing,
+                above_lowest=above_lowest,
+                fallback=fallback,
+                graded=graded,
+                **given,
             )
             things = available, instance or ()
             return rank(service.kb, missing, *things, settings, top=top, confidence=confidence).to_json()
@@ -230,6 +243,16 @@ def chosen_properties(names: str | None) -> tuple[str, ...] | None:
     if not names:
         return None
     return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+
+
+def _refuse_unknown(request: Request) -> None:
+    """Refuse what would be passed over in silence, such as a setting that is misspelt."""
+    known = {field.alias for field in request.scope["route"].dependant.query_params}
+    for name in request.query_params:
+        if name not in known:
+            raise HTTPException(
+                400, str(UnknownNameError("parameter", name, known, f"in {request.url.path}"))
+            )
 
 
 async def _answered(service: Service, ask: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import pyoxigraph as ox
 
-from ersatz.errors import ErsatzError, InputError, KnowledgeBaseError, LockedError
+from ersatz.errors import ErsatzError, InputError, KnowledgeBaseError, LockedError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.opening import SHIPPED
@@ -100,7 +100,7 @@ class Service:
         Raises
         ------
         RefusedError
-            409 if another process writes; 400 if the change is not possible.
+            409 if another process writes, 404 if a name is unknown, 400 if the change is not possible.
         """
 
         async def alone() -> T:
@@ -145,6 +145,8 @@ class Service:
             raise RefusedError(409, str(error)) from None
         except KnowledgeBaseError as error:
             raise RefusedError(500, str(error)) from None
+        except UnknownNameError as error:
+            raise RefusedError(404, str(error)) from None
         except ErsatzError as error:
             raise RefusedError(400, str(error)) from None
         await self.pool.reload()

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ersatz.acquisition.tables import read_table, read_tables
+from ersatz.acquisition.tables import read_table
 from ersatz.acquisition.tables.units import factor, scale
 from ersatz.errors import InputError
 from ersatz.measurements import DIGITS, PROPERTIES, Block, Kind, Measurements, Origin, Property
@@ -124,10 +124,13 @@ def test_names_with_separators_and_line_breaks(tmp_path: Path) -> None:
     }
 
 
-def test_read_tables_joins_files_in_any_order(tmp_path: Path) -> None:
+def test_tables_join_in_any_order(tmp_path: Path) -> None:
     one = write(tmp_path, "object_class,instance,weight\nplate,p,1\n", "1.csv")
     two = write(tmp_path, "object_class,instance,rigidity,origin\nplate,p,1,human\n", "2.csv")
-    table, other = read_tables([one, two]), read_tables([two, one])
+    table, other = (
+        Measurements.collect([block for path in paths for block in read_table(path)])
+        for paths in ((one, two), (two, one))
+    )
     assert [c.property.name for c in table.columns] == ["rigidity", "weight"]
     assert table.sources == other.sources
     assert rows(list(table.blocks())) == rows(list(other.blocks()))
@@ -285,6 +288,13 @@ MALFORMED: dict[str, tuple[str | bytes, str]] = {
     "huge": (ID + "weight\nplate,p,1e15\n", "'1e15' is out of range"),
     "underscore": (ID + "weight\nplate,p,1_000\n", "'1_000' is out of range: .* written like 0.25"),
     "decimal comma": (ID + 'weight\nplate,p,"0,5"\n', "'0,5' is not a number: write a decimal point"),
+    "thousands": (ID + 'weight\nplate,p,"1,234"\n', "'1,234' is not a number: write 1234 or 1.234, as it is"),
+    "old line ends": (
+        ID + "weight\rplate,p,1\r",
+        r"line 1 .* has a line break within: end lines with a line",
+    ),
+    "line break in a header": (ID + '"weight\n[g]"\nplate,p,1\n', "line 1 .* each column on one line"),
+    "empty first line": ("\n" + ID + "weight\nplate,p,1\n", "line 1 is empty: begin with the names"),
     "unit in a cell": (ID + "weight\nplate,p,5 kg\n", "'5 kg' is not a number: .*unit in the header"),
     "negative weight": (ID + "weight\nplate,p,-1\n", "'-1' is out of range: weight is 0 or more"),
     "rigidity of 3": (ID + "rigidity\nplate,p,3\n", "'3' is out of range: rigidity is between 0 and 1"),

@@ -1,7 +1,7 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--readme]
+        [--resamples 100] [--refits 100] [--splits 10] [--decisions 100] [--readme]
 
 Prints tables in Markdown, or puts them into the README (`--readme`); `--out` also writes the numbers as JSON
 and the figure of calibration. Without the RoCS data only `household` takes part.
@@ -13,12 +13,14 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning
-from ersatz.evaluation.calibration import calibrate
+from ersatz.evaluation.calibration import Calibration, Truth, calibrate
 from ersatz.evaluation.figures import draw_one, reliability
 from ersatz.evaluation.inquiry import Inquiry, Ratio, inquire
 from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
@@ -44,31 +46,42 @@ SETTINGS = {"the paper's rule": ReasonerSettings(), "graded, ordinal": ReasonerS
 
 
 def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
-    """Draw the objects of RoCS again; agreement is that of `household` with the benchmark."""
+    """Draw the objects again; agreement is that of `household` with the benchmark."""
     if "RoCS" not in data:
         sys.exit("stability needs the RoCS data: say where it is with --rocs")
-    found = stability(data["RoCS"], VARIANTS, options.resamples, options.refits, progress=tell)
-    found = with_agreement(found, VARIANTS, data["household"], load_scenarios("benchmark"))
+    scenarios, found = load_scenarios("benchmark"), []
+    for name, objects in data.items():
+        refits = options.refits if name == "RoCS" else 0
+        rows = stability(objects, VARIANTS, options.resamples, refits, progress=tell)
+        if name == "RoCS":
+            rows = with_agreement(rows, VARIANTS, data["household"], scenarios)
+        found += [replace(one, label=f"{name}: {one.label}") for one in rows]
     return markdown(found), [one.to_json() for one in found]
 
 
 def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
-    """Answer with half of the objects."""
-    found = {}
+    """Answer with some of the objects, drawn as wholes and property by property."""
+    rows = [
+        "| objects | rule | what is true | Brier of yes or no | Brier, singly | error, singly | Brier "
+        "| error |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    found: dict[str, Calibration] = {}
     for name, objects in data.items():
         qualities = learn(objects, SubcategorizationSettings())
-        for rule, settings in SETTINGS.items():
-            tell(f"{name}, {rule}", 0.0)
-            found[f"{name}, {rule}"] = calibrate(objects, qualities, settings, options.splits)
-    rows = [
-        "| objects, rule | answers | Brier | Brier of yes or no | calibration error |",
-        "|---|---|---|---|---|",
-    ]
-    for name, one in found.items():
-        numbers = f"{one.brier:.3f} | {one.brier_crisp:.3f} | {one.error:.3f}"
-        rows.append(f"| {name} | {len(one.said)} | {numbers} |")
+        for (rule, settings), truth in product(SETTINGS.items(), Truth):
+            label = f"{name} | {rule} | {truth}"
+            tell(label, len(found) / (4 * len(data)))
+            singly, wholes = (
+                calibrate(objects, qualities, settings, options.splits, truth=truth, wholes=one)
+                for one in (False, True)
+            )
+            found[label] = wholes
+            numbers = (wholes.brier_crisp, singly.brier, singly.error, wholes.brier, wholes.error)
+            rows.append(f"| {label} | {' | '.join(f'{number:.3f}' for number in numbers)} |")
     if options.out:
-        draw_one("reliability", reliability, found, options.out)
+        shown = {label: one for label, one in found.items() if label.endswith(Truth.LONG_RUN)}
+        draw_one("reliability", reliability, shown, options.out)
     return "\n".join(rows) + "\n", {name: one.to_json() for name, one in found.items()}
 
 
@@ -118,7 +131,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--readme", action="store_true")
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
-    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 20), ("decisions", 100)):
+    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 10), ("decisions", 100)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     options = parser.parse_args()
     warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment

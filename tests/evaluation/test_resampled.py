@@ -80,14 +80,16 @@ def test_what_is_all_alike_is_stable_and_ties(objects: Objects) -> None:
     same = Objects.of(blocks(spread=0.0))
     for one in stability(same, VARIANTS[:2], resamples=2, refits=1):
         assert (one.top1, one.refitted_top1) == (1.0, 1.0) or one.ties > 0
-    found = stability(objects, VARIANTS, resamples=2, refits=1)
+    some = (VARIANTS[0], VARIANTS[3], VARIANTS[-1])
+    found = stability(objects, some, resamples=2, refits=1)
     assert all(0 <= one.top1 <= 1 and -1 <= one.tau <= 1 and 0 <= one.ties <= 1 for one in found)
-    assert [one.agreement for one in found] == [None] * len(VARIANTS)
+    assert [one.agreement for one in found] == [None] * len(some)
+    assert [one.refitted_tau for one in stability(objects, some, 1, refits=0)] == [None] * len(some)
     names = [f"class {at}" for at in range(5)]
     scenario = Scenario("q", names[0], tuple(names[1:]), "", frozenset(names[1:]))
-    agreed = with_agreement(found, VARIANTS, objects, [scenario])
+    agreed = with_agreement(found, some, objects, [scenario], restarts=3)
     assert {one.agreement for one in agreed} <= {0.0, 1.0}
-    assert markdown(agreed).count("\n") == 2 + len(VARIANTS)
+    assert markdown(agreed).count("\n") == 2 + len(some)
 
 
 def calibration(said: Sequence[float], crisp: Sequence[int], true: Sequence[int]) -> Calibration:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ersatz.evaluation.scenarios import NONE, Scenario
+from ersatz.evaluation.scenarios import Scenario
 from ersatz.evaluation.uncertainty import (
     blind_ceiling,
     estimate,
@@ -11,7 +11,6 @@ from ersatz.evaluation.uncertainty import (
     krippendorff_alpha,
     leave_one_out,
     paired_test,
-    scripted_ballots,
 )
 
 
@@ -78,11 +77,3 @@ def test_the_blind_ceiling_is_below_one_where_tasks_disagree() -> None:
         Scenario("3", "tray", ("c",), "float", frozenset()),
     ]
     assert blind_ceiling(scenarios).mean == pytest.approx((0.5 + 0.5 + 1) / 3)
-
-
-def test_scripted_ballots_are_legal() -> None:
-    scenario = Scenario("q", "tray", ("a", "b"), accepted=frozenset({"a"}))
-    ballots = scripted_ballots([scenario], 30)["q"]
-    assert len(ballots) == 30
-    assert set(ballots.values()) <= {"a", "b", NONE}
-    assert list(ballots.values()).count("a") > 15

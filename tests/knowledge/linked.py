@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pyoxigraph as ox
 
-from ersatz.knowledge import linking, validation
+from ersatz.knowledge import linking
+from ersatz.knowledge.stores import read_into
 from tests.reasoners import ROOT
 
 KITCHEN = ROOT / "ontology" / "examples" / "kitchen.ttl"
@@ -25,7 +26,7 @@ ONTOLOGIES = {
 def store_of(*files: Path) -> ox.Store:
     store = ox.Store()
     for file in files:
-        validation.read_into(store, file)
+        read_into(store, file)
     return store
 
 

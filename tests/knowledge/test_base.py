@@ -10,7 +10,7 @@ import rdflib
 from rdflib.graph import ModificationException, UnSupportedAggregateOperation
 from rdflib.term import Node
 
-from ersatz.errors import InputError
+from ersatz.errors import InputError, LockedError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.opening import SHIPPED
 from ersatz.knowledge.revision import revision_of
@@ -157,6 +157,21 @@ def test_saving_without_a_name_goes_back_to_the_file(tmp_path: Path) -> None:
     again = KnowledgeBase.open(tmp_path / "kb.nt.gz")
     assert again.revision == kb.revision
     assert_whole(again)
+
+
+def test_a_file_that_another_has_changed_is_not_overwritten(tmp_path: Path) -> None:
+    file = tmp_path / "kb.nt"
+    small().save(file)
+    one, other = KnowledgeBase.open(file), KnowledgeBase.open(file)
+    one.observe("tray", "tray 3", {"weight": 0.75})
+    one.save()
+    one.observe("tray", "tray 4", {"weight": 0.75})
+    one.save(file)
+    other.observe("plate", "plate 3", {"weight": 0.5})
+    with pytest.raises(LockedError, match="was changed by another writer meanwhile: open it again"):
+        other.save()
+    assert KnowledgeBase.open(file).revision == one.revision
+    other.save(tmp_path / "other.nt")
 
 
 @pytest.mark.parametrize("suffix", [".ttl", ".owl", ".jsonld", ""])

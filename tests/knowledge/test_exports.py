@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ import pytest
 import rdflib
 from rdflib.compare import isomorphic
 
-from ersatz.knowledge import exports, validation
+from ersatz.knowledge import exports
 from ersatz.knowledge.defined import defined_classes
 from ersatz.knowledge.views import owlready2_ontology
+from tests.knowledge.linked import store_of
 from tests.reasoners import ROOT, java, owlapi
 
 KITCHEN = ROOT / "ontology" / "examples" / "kitchen.ttl"
@@ -25,10 +27,7 @@ KNOWROB = rdflib.Namespace(exports.KNOWROB)
 
 
 def triples(*files: Path) -> list[ox.Triple]:
-    store = ox.Store()
-    for file in files:
-        validation.read_into(store, file)
-    return [quad.triple for quad in store]
+    return [quad.triple for quad in store_of(*files)]
 
 
 def graph(some: Any) -> rdflib.Graph:
@@ -57,6 +56,20 @@ def test_knowrob_reads_every_membership_with_its_confidence() -> None:
     assert len(answers) == len(accepted) > 10
     assert all((answer, KNOWROB.isOccasional, None) not in exported for answer in answers)
     assert KNOWROB.ReifiedRelation in set(exported.objects(None, rdflib.RDFS.subClassOf))
+
+
+@pytest.mark.parametrize("export", [exports.knowrob, exports.oro])
+def test_answers_that_are_out_of_date_are_not_exported(export: Callable[..., Iterable[ox.Triple]]) -> None:
+    store = ox.Store()
+    store.bulk_extend(ox.Quad(*triple) for triple in triples(KITCHEN))
+    build = "https://w3id.org/ersatz/kb#build_1"
+    store.update(
+        f"DELETE WHERE {{ <{build}> <https://w3id.org/ersatz#revision> ?r }} ; "
+        f'INSERT DATA {{ <{build}> <https://w3id.org/ersatz#revision> "{"0" * 64}" }}'
+    )
+    lines = [str(triple) for triple in export(quad.triple for quad in store)]
+    assert len(lines) > 40
+    assert not [line for line in lines if "reified.owl#substitution" in line or "canSubstituteFor" in line]
 
 
 @pytest.fixture(scope="module")

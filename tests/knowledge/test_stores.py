@@ -92,6 +92,13 @@ def test_who_read_before_another_wrote_must_open_again(folder: Path) -> None:
         assert_whole(again)
 
 
+def test_what_is_closed_says_so(folder: Path) -> None:
+    kb = KnowledgeBase.open(folder)
+    kb.close()
+    with pytest.raises(KnowledgeBaseError, match="is closed: open it again"):
+        kb.ask("classes")
+
+
 def test_snapshots_are_kept_while_read_and_retired_after(folder: Path) -> None:
     reader = KnowledgeBase.open(folder)
     seen = snapshots(folder)

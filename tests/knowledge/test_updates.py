@@ -4,14 +4,17 @@ from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
 
+import pyoxigraph as ox
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ersatz.errors import ErsatzError, InputError
 from ersatz.grounding.units import ObservationUnit
+from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.models import SubstitutionModel
 from ersatz.knowledge.reader import read_qualities
+from ersatz.knowledge.stores import MemoryStore
 from ersatz.knowledge.substitutions import remember, substitution_iri
 from ersatz.knowledge.updates import observe_blocks
 from ersatz.knowledge.vocabulary import KB, LABEL
@@ -190,6 +193,17 @@ def test_forget_takes_remembered_answers_with_it() -> None:
     assert lines_of(kb) == lines_of(without)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [("rigidity", 96, "between 0 and 1"), ("weight", -0.3, "0 or more"), ("size", [1, -1, 1], "0 or more")],
+)
+def test_what_no_table_may_say_is_not_observed_either(name: str, value: float, allowed: str) -> None:
+    kb = small()
+    with pytest.raises(InputError, match=f"{name}.*: it is {allowed}; correct the value or its unit"):
+        kb.observe("tray", "tray 9", {name: value})
+    assert_whole(kb)
+
+
 def test_what_people_wrote_about_a_class_survives() -> None:
     kb = small()
     qualities = read_qualities(kb)
@@ -200,9 +214,10 @@ def test_what_people_wrote_about_a_class_survives() -> None:
         f'{tray} <http://www.w3.org/2000/01/rdf-schema#label> "Tablett"@de .\n',
         '<https://w3id.org/ersatz/kb#tray_1> <http://www.w3.org/2000/01/rdf-schema#label> "Tablett 1"@de .\n',
     }
-    kb.tell([], notes)
+    length = f'<{KB}size-length> {LABEL} "the longest side"@en .\n'
+    kb.tell([f'<{KB}size-length> {LABEL} "length"@en .\n'], notes | {length})
     kb.observe("tray", "tray 3", {"weight": 0.8})
-    assert notes <= lines_of(kb)
+    assert notes | {length} <= lines_of(kb)
     assert kb.ask("class", **{"class": "tray"})[0]["instances"] == Decimal(3)
     kb.forget("tray 3")
     for name in ("tray 1", "tray 2"):
@@ -211,3 +226,28 @@ def test_what_people_wrote_about_a_class_survives() -> None:
     kb.observe("tray", "tray 1", {"weight": 0.8})
     assert len(kb.ask("classes")) == 3
     assert_whole(kb)
+
+
+@pytest.mark.parametrize(
+    ("edit", "problem"),
+    [
+        ("DELETE { ?m e:rawValue ?x } INSERT { ?m e:rawValue 0.1 } "
+         "WHERE { BIND (kb:tray_1__weight AS ?m) ?m e:rawValue ?x }", "more was measured of 'tray'"),
+        ("DELETE WHERE { kb:tray_1__weight e:origin ?x }", "says of 'tray_1': hasMeasurement tray_1__weight"),
+        ("DELETE WHERE { kb:tray_1 e:hasMeasurement kb:tray_1__weight }", "says of 'tray_1': holds weight_2"),
+        ("DELETE WHERE { kb:model_Tray e:hasEntry ?entry }", "more was measured of 'tray' than is counted"),
+        ("DELETE { ?y e:count ?n } INSERT { ?y e:count 2 } "
+         "WHERE { kb:model_Tray e:hasEntry ?y . ?y e:count ?n FILTER (?n = 2) }", "of 'Tray__.*': count 2"),
+        ("INSERT DATA { kb:tray_1 a kb:Plate }", "'tray 1' is of the classes Plate and Tray"),
+    ],
+)  # fmt: skip
+def test_what_was_edited_by_hand_is_not_counted_on(edit: str, problem: str) -> None:
+    kb = small()
+    store = ox.Store()
+    store.bulk_extend(ox.Quad(*triple) for triple in kb.triples())
+    store.update(f"PREFIX kb: <{KB}> PREFIX e: <https://w3id.org/ersatz#> {edit}")
+    edited = KnowledgeBase(MemoryStore(store, "edited.ttl"))
+    before = lines_of(edited)
+    with pytest.raises(InputError, match=problem):
+        edited.forget("tray 1")
+    assert lines_of(edited) == before

@@ -11,6 +11,7 @@ from ersatz.errors import KnowledgeBaseError
 from ersatz.grounding.units import ObservationUnit
 from ersatz.knowledge import validation
 from ersatz.knowledge.contradictions import consistent, explain
+from ersatz.knowledge.stores import read_into
 from tests.knowledge.tools import WEIGHT, small
 from tests.reasoners import ROOT, java
 
@@ -329,7 +330,7 @@ EXPLAINED = [
 
 def planted(example: str, update: str) -> ox.Store:
     store = ox.Store()
-    validation.read_into(store, EXAMPLES / f"{example}.ttl")
+    read_into(store, EXAMPLES / f"{example}.ttl")
     store.update(PREFIXES + update)
     return store
 

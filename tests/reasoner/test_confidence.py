@@ -226,7 +226,7 @@ def test_a_remembered_answer_says_how_sure_it_is() -> None:
     model = kb.substitution_model("tray")
     assert model == first.model()
     assert model is not None
-    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("1.0"))
+    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("0.5"))
     for one in first:
         (written,) = (c for c in model.candidates if c.iri == one.iri)
         assert one.confidence is not None

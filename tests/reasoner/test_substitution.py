@@ -7,9 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ersatz.errors import InputError, UnknownNameError
+from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.validation import check
+from ersatz.knowledge.vocabulary import ERSATZ, KB, OWL, RDF, RDFS
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.similarity import CRISP, Similarity
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
@@ -75,6 +76,8 @@ def test_one_string_is_not_a_list_of_names(kb: KnowledgeBase) -> None:
         rank_substitutes(kb, "tray", "plate")
     with pytest.raises(InputError, match="lists of names"):
         rank_substitutes(kb, "tray", instances="plate 1")
+    with pytest.raises(InputError, match="properties is 'alpha': give a list of names, not one string"):
+        ReasonerSettings(properties="alpha")  # type: ignore[arg-type]
 
 
 def test_unknown_names_are_refused_with_the_nearest(kb: KnowledgeBase) -> None:
@@ -88,6 +91,19 @@ def test_unknown_names_are_refused_with_the_nearest(kb: KnowledgeBase) -> None:
         rank_substitutes(kb, "tray", ["plate 1"])
     with pytest.raises(InputError, match="property 'alphas' is not in this knowledge base"):
         rank_substitutes(kb, "tray", settings=ReasonerSettings(properties=("alphas",)))
+
+
+def test_what_was_added_or_broken_by_hand_is_one_clear_error(kb: KnowledgeBase) -> None:
+    kb.tell([], [f"<{KB}Vessel> <{RDF}type> <{OWL}Class> .\n", f'<{KB}Vessel> <{RDFS}label> "vessel"@en .\n'])
+    for missing, available in (("vessel", ["tray"]), ("tray", ["vessel"])):
+        with pytest.raises(InputError, match="class 'vessel' has no model, or no English label"):
+            rank_substitutes(kb, missing, available)
+    kb.tell([f'<{KB}plate_1> <{RDFS}label> "plate 1"@en .\n'], [])
+    with pytest.raises(InputError, match="'plate_1' or its class has no English label"):
+        rank_substitutes(kb, "tray", instances=["kb:plate_1"])
+    kb.tell([f"<{KB}alpha_1> <{ERSATZ}qualityOf> <{KB}alpha> .\n"], [])
+    with pytest.raises(KnowledgeBaseError, match="counts 'alpha_1', which is no quality it describes"):
+        rank_substitutes(kb, "tray")
 
 
 @pytest.mark.parametrize("top", [1, 2, 3, 4, 5, 100])

@@ -345,6 +345,9 @@ def test_substitutes_are_those_of_the_library(server: Server) -> None:
         ("", 422, b"missing"),
         ("missing=tray&similarity=cosine", 422, b"jaccard"),
         ("missing=tray&available=tray", 400, b"nothing is available"),
+        ("missing=tray&toleranc=0.9", 400, b"unknown parameter 'toleranc': did you mean 'tolerance'"),
+        ("missing=tray&certainty=2", 400, b"certainty is 2"),
+        ("missing=tray&spacing=wide", 422, b"centroid"),
     ],
 )
 def test_bad_questions(server: Server, query: str, status: int, message: bytes) -> None:

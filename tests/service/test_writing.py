@@ -114,6 +114,22 @@ def test_a_remembered_answer_is_reused(writable: Server) -> None:
     assert again["reused"] == (again["status"] == "ok")
 
 
+@pytest.mark.parametrize(
+    ("question", "status", "message"),
+    [
+        ({"missing": "tary"}, 404, b"did you mean 'tray'"),
+        ({"missing": "tray", "settings": {"graded": True}}, 422, b"settings"),
+    ],
+)
+def test_what_cannot_be_remembered_as_asked_is_refused(
+    writable: Server, question: dict[str, object], status: int, message: bytes
+) -> None:
+    headers = {"Content-Type": "application/json"} | AUTH
+    got, body, _ = writable.send("POST", "/substitutes", json.dumps(question).encode(), headers)
+    assert got == status
+    assert message in body
+
+
 def test_a_directory_is_served_and_written(tmp_path: Path, small: Path) -> None:
     KnowledgeBase.open(small).save(tmp_path / "kb")
     server = start(tmp_path / "kb", tmp_path / "log", token=TOKEN, pages=False)

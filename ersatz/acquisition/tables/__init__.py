@@ -16,7 +16,7 @@ empty unit is the property's own, and an empty origin is `machine`. A vector has
 Properties without a name in `PROPERTIES` are described beside the table, see `property_files`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from ersatz.acquisition.tables.long import read_long
@@ -25,18 +25,7 @@ from ersatz.acquisition.tables.rows import read_rows
 from ersatz.acquisition.tables.sheets import read_sheet
 from ersatz.acquisition.tables.wide import read_wide
 from ersatz.errors import InputError
-from ersatz.measurements import PROPERTIES, Block, Measurements, Property
-
-
-def read_tables(paths: Iterable[Path]) -> Measurements:
-    """Read tables into one; their order does not matter.
-
-    Raises
-    ------
-    InputError
-        As `read_table` and `Measurements.collect` do.
-    """
-    return Measurements.collect([block for path in paths for block in read_table(path)])
+from ersatz.measurements import PROPERTIES, Block, Property
 
 
 def read_table(path: Path, properties: Mapping[str, Property] | None = None) -> list[Block]:

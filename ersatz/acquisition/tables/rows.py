@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ersatz.acquisition.tables.sheets import Sheet
 from ersatz.acquisition.tables.units import factor, scale
 from ersatz.errors import InputError, nearest
-from ersatz.measurements import ORIGINS, PROPERTIES, Block, Origin, Property, Strings
+from ersatz.measurements import ORIGINS, Block, Origin, Property, Strings, out_of_range
 
 IDS: Final = ("object_class", "instance", "observation", "origin")
 
@@ -167,20 +167,16 @@ def in_unit(
     Raises
     ------
     InputError
-        If one is out of the range of a property ERSATZ knows itself: all of those are non-negative, and the
-        dimensionless ones are shares of something.
+        If one is out of the range of a property ERSATZ knows itself.
     """
     scaled = scale(numbers, by)
-    if PROPERTIES.get(prop.name) == prop:
-        top = 1.0 if prop.unit == "1" else np.inf
-        wrong = np.flatnonzero((scaled < 0) | (scaled > top))
-        if len(wrong):
-            allowed = "between 0 and 1" if top == 1 else "0 or more"
-            raise sheet.error(
-                int(at[wrong[0]]),
-                column,
-                f"is out of range: {prop.label} is {allowed}; correct the value or its unit",
-            )
+    wrong, allowed = out_of_range(prop, scaled)
+    if wrong.any():
+        raise sheet.error(
+            int(at[np.argmax(wrong)]),
+            column,
+            f"is out of range: {prop.label} is {allowed}; correct the value or its unit",
+        )
     return scaled
 
 

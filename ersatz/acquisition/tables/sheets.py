@@ -29,6 +29,8 @@ LARGE: Final = 1 << 28
 NO_VALUE: Final = frozenset({"na", "n/a", "nan", "null", "none", "nil", "-", "--", "?", "missing", "unknown"})
 
 _QUOTED: Final = re.compile(rb'"(?:[^"]|"")*"')
+_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}\Z")
+"""Either a decimal comma or one between thousands."""
 _DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+\Z")
 
 
@@ -130,6 +132,8 @@ def _advice(cell: str) -> str:
         return "is not a number: leave the cell of a missing value empty"
     if text.lstrip("+-") in ("inf", "infinity"):
         return "is infinite: values must be finite; leave the cell of a missing value empty"
+    if _COMMA.match(text):
+        return f"is not a number: write {text.replace(',', '')} or {text.replace(',', '.')}, as it is meant"
     if _DECIMAL_COMMA.match(text):
         return "is not a number: write a decimal point, not a comma"
     try:
@@ -203,7 +207,7 @@ def _separated(
 
     first, _, body = (raw.rstrip(b"\r\n") + b"\n").partition(b"\n")
     head = first.decode().strip("\r")
-    names = [name.strip() for name in next(csv.reader([head], delimiter=separator), [])]
+    names = _names(head, source.name, separator)
     others = [s for s in ",;\t" if s != separator and s in head]
     if len(names) == 1 and others:
         raise InputError(
@@ -224,6 +228,17 @@ def _separated(
             f"{source.name!r} is not a table ({brief(error)}): check its separators and quotes"
         ) from None
     return Sheet(source, columns, frame, first_line)
+
+
+def _names(head: str, file: str, separator: str) -> list[str]:
+    if not head.strip():
+        raise InputError(f"{file!r}, line 1 is empty: begin with the names of the columns")
+    if "\r" in head or head.count('"') % 2:
+        raise InputError(
+            f"{file!r}, line 1 ({head[:40]!r}) has a line break within: end lines with a line feed, "
+            "and write the name of each column on one line"
+        )
+    return [name.strip() for name in next(csv.reader([head], delimiter=separator), [])]
 
 
 def checked_header(names: list[str], file: str) -> tuple[str, ...]:
