@@ -9,14 +9,16 @@ from ersatz.errors import InputError, MissingDependencyError, UnknownNameError
 from ersatz.evaluation.agreement import Answer
 from ersatz.evaluation.baselines import ENTRANTS, OURS, assemble, select
 from ersatz.evaluation.features import class_features, standardized
-from ersatz.evaluation.methods import Context, Ersatz, papers_properties
+from ersatz.evaluation.methods import Context, Ersatz, Expected, papers_properties
 from ersatz.evaluation.rivals import distance, simple, tables
 from ersatz.evaluation.rivals.wordnet import FOLDER, SENSES, Inheritance, WordNet, WuPalmer, wu_palmer
 from ersatz.evaluation.scenario_files import load_scenarios
 from ersatz.evaluation.scenarios import Scenario
 from ersatz.evaluation.thresholds import accept_by_score, nested_choice, nested_settings
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner.confidence import DRAWS
 from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.substitution import rank_substitutes
 
 PLATE = Scenario("q", "plate", ("tray", "sponge"))
 
@@ -172,3 +174,16 @@ def test_thresholds_are_chosen_on_other_tools() -> None:
         "high": [Answer((0.9, 0.1), frozenset({"x"})), Answer((0.9, 0.1), frozenset({"x", "y"}))],
     }
     assert nested_settings(scenarios, grid)[1] == ["high", "high"]
+
+
+@pytest.mark.parametrize("graded", [False, True])
+def test_expected_answers_are_those_of_the_draws(kb: KnowledgeBase, graded: bool) -> None:
+    """Scores are means over the draws, and what stands in does so in half of them."""
+    settings = ReasonerSettings(graded=graded)
+    answer = Expected(kb, settings).answer(PLATE)
+    ranking = rank_substitutes(kb, PLATE.missing, PLATE.available, settings=settings, draws=DRAWS)
+    assert ranking.sure is not None
+    scores = dict(zip([one.name for one in ranking], ranking.sure.expected.tolist(), strict=True))
+    assert answer.scores == tuple(scores[name] for name in PLATE.available)
+    likely = {one.name for one in ranking if one.confidence and one.confidence.accepted >= 0.5}
+    assert answer.accepted == likely
