@@ -14,7 +14,7 @@ from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook
 from ersatz.reasoner.population import load_population
 from ersatz.reasoner.recognition import held_bits
 from ersatz.reasoner.relevance import ReasonerSettings
-from ersatz.reasoner.representative import Knowledge, load_knowledge
+from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.substitution import rank_substitutes
 
@@ -160,7 +160,7 @@ def ask_for_more(
         return _wishes(known, ranking.question.tool, found, things, about)
     if available or instances:
         raise InputError("name things that are available, or what is known of one object, not both")
-    tool = known.row_of_class[kb.resolve(missing, "class")]
+    tool = class_row(kb, known, missing)
     bits = held_bits(known, held)[None].astype(np.float64)
     question = Question(
         known,

@@ -11,6 +11,7 @@ from ersatz.errors import InputError, KnowledgeBaseError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.validation import check
 from ersatz.knowledge.vocabulary import ERSATZ, KB, OWL, RDF, RDFS
+from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.similarity import CRISP, Similarity
 from ersatz.reasoner.substitution import Ranking, Status, rank_substitutes
@@ -98,6 +99,8 @@ def test_what_was_added_or_broken_by_hand_is_one_clear_error(kb: KnowledgeBase) 
     for missing, available in (("vessel", ["tray"]), ("tray", ["vessel"])):
         with pytest.raises(InputError, match="class 'vessel' has no model, or no English label"):
             rank_substitutes(kb, missing, available)
+    with pytest.raises(InputError, match="class 'vessel' has no model, or no English label"):
+        ask_for_more(kb, "vessel", held=[])
     kb.tell([f'<{KB}plate_1> <{RDFS}label> "plate 1"@en .\n'], [])
     with pytest.raises(InputError, match="'plate_1' or its class has no English label"):
         rank_substitutes(kb, "tray", instances=["kb:plate_1"])
