@@ -25,7 +25,7 @@ def shelved(folder: Path, classes: int) -> KnowledgeBase:
     """Open a directory knowledge base with the arrays of so many classes on its shelf.
 
     The triples are those of a few: a query needs the arrays only, and making millions of triples takes
-    an hour (`bench_store` times that).
+    an hour (`bench_loading` times that).
     """
     counts = random_counts(classes)
     with KnowledgeBase.create(lines(random_counts(3)), folder / f"kb{classes}") as kb:
