@@ -337,7 +337,7 @@ CASES: dict[str, list[Case]] = {
     ],
     "substitution_confidence": [
         Case(
-            "kb:Plate | * | * | * | * | 0.9 | 50 | 1 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 1",
+            "kb:Plate | * | * | * | * | 0.9 | 50 | 0.5 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 0.5",
             {"model": "MODEL"},
         )
     ],
