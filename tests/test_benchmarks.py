@@ -1,5 +1,6 @@
 """The benchmarks' table: its layout, its ratios, and that the README has the one the command writes."""
 
+import inspect
 import json
 import re
 from dataclasses import replace
@@ -52,7 +53,9 @@ def test_a_rival_that_is_not_there_is_a_row_without_figures() -> None:
 
 
 def test_every_benchmark_of_the_convention_is_found() -> None:
-    assert "query" in benchmarks()
+    found = benchmarks()
+    assert "query" in found
+    assert all(list(inspect.signature(run).parameters) == ["quick"] for run in found.values())
 
 
 def test_the_readme_has_the_table_as_the_command_writes_it() -> None:

@@ -30,11 +30,12 @@ def benchmarks() -> dict[str, Callable[[bool], list[Row]]]:
         if not module.name.startswith("bench_"):
             continue
         try:
-            run = getattr(import_module(f"tests.benchmarks.{module.name}"), "run", None)
+            loaded = import_module(f"tests.benchmarks.{module.name}")
         except ModuleNotFoundError as missing:
             print(f"{module.name} is left out: {missing.name} is not installed", file=sys.stderr)
             continue
-        if run is not None:
+        run = getattr(loaded, "run", None)
+        if run is not None and run.__module__ == loaded.__name__:  # one that was imported is none of ours
             found[module.name.removeprefix("bench_")] = run
     return found
 
