@@ -12,7 +12,7 @@ FLATTEST: Final = 1e-3
 """Thickness of a surface, as a share of its length, below which it is one side of an object and no whole.
 
 On things of up to half a metre that is less than the half millimetre by which a depth sensor errs
-(`depth_sensor.SensorNoise`): no other side was seen. The thinnest whole scans we have, notebooks, are at 0.05.
+(`depth_sensor.SensorNoise`): no other side was seen. The thinnest whole scans, notebooks, are at 0.05.
 """
 
 

@@ -79,7 +79,7 @@ def substitute(
 
     Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
-    kb = open_kb(location)
+    kb = open_kb(location, "ersatz.reasoner.substitution", "ersatz.display")
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 

@@ -17,15 +17,19 @@ if TYPE_CHECKING:
     from ersatz.knowledge.base import KnowledgeBase
 
 
-def open_kb(location: str) -> "KnowledgeBase":
+def open_kb(location: str, *needed: str) -> "KnowledgeBase":
     """Open the knowledge base a command names.
 
     A file is parsed without the interpreter's lock: meanwhile what works with it is imported, which takes as
-    long. So this comes before a command's other imports.
+    long, and so are the modules that are `needed` next. So this comes before a command's other imports.
     """
     from ersatz.knowledge.opening import open_store
 
-    Thread(target=import_module, args=["ersatz.knowledge.base"]).start()
+    def prepare() -> None:
+        for module in ("ersatz.knowledge.base", *needed):
+            import_module(module)
+
+    Thread(target=prepare).start()
     store = open_store(location)
     from ersatz.knowledge.base import KnowledgeBase
 

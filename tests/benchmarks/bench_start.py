@@ -57,7 +57,7 @@ def _process(folder: Path, rounds: int) -> list[Row]:
             ).stdout
         )
 
-    ask = "from ersatz.cli.main import main; main()"
+    ask = "from ersatz.cli.main import run; run()"
     available = ("--available", "plate", "--available", "sponge", "--available", "bowl")
     ours = process("-c", ask, "substitute", "household", "--missing", "tray", *available)
     with_rdflib, with_oxigraph = (process("-c", code, file, text) for code in (WITH_RDFLIB, WITH_OXIGRAPH))
