@@ -43,7 +43,7 @@ class Population:
     held: NDArray[np.float64]
 
     def draw(
-        self, known: Knowledge, draws: int, chance: np.random.Generator, further: float | None = None
+        self, known: Knowledge, draws: int, chance: "np.random.Generator", further: float | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return (draws, c, q) degrees of classes and (draws, f, q) of function models.
 

@@ -125,7 +125,7 @@ def samples(question: Question, draws: int, seed: int) -> Iterator[Sample]:
         yield _answer(question, tool, functions, candidates)
 
 
-def _classes(question: Question, chances: Sequence[np.random.Generator]) -> tuple[_Draw, int]:
+def _classes(question: Question, chances: "Sequence[np.random.Generator]") -> tuple[_Draw, int]:
     """Return what draws from the counts, and how many degrees a draw has."""
     known, rows = question.knowledge, question.rows
     chosen = np.concatenate([[question.tool], rows[rows >= 0]])
@@ -142,7 +142,7 @@ def _classes(question: Question, chances: Sequence[np.random.Generator]) -> tupl
     return draw, len(known.qualities) * (1 + len(rows) + len(known.functions.iris))
 
 
-def _wholes(question: Question, chances: Sequence[np.random.Generator]) -> tuple[_Draw, int]:
+def _wholes(question: Question, chances: "Sequence[np.random.Generator]") -> tuple[_Draw, int]:
     """Return what draws objects as wholes, and how many numbers a draw has."""
     known, rows, population = question.knowledge, question.rows, question.population
     if population is None or isinstance(question.further, np.ndarray):
