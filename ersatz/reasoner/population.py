@@ -77,9 +77,9 @@ def load_population(kb: KnowledgeBase) -> Population | None:
     known = kb.view(load_knowledge)
     if int(known.units.sum()) * len(known.units) > MOST_CELLS:
         return None
-    row_of: dict[str, int] = {}
-    for row, name in enumerate(known.classes.names):
-        row_of |= {str(one["instance"]): row for one in kb.ask("instances", **{"class": name})}
+    pairs = [(str(one["class"]), str(one["instance"])) for one in kb.ask("all_instances")]
+    rows = known.row_of_class
+    row_of = {iri: row for row, iri in sorted((rows[of], iri) for of, iri in pairs if of in rows)}
     if not row_of:
         return None
     object_of = {iri: at for at, iri in enumerate(row_of)}
