@@ -44,7 +44,7 @@ def observe(
     source: Source | None,
 ) -> None:
     """Add the values, one a property, to what is known of the instance."""
-    known = {quality.property.name: quality for quality in read_qualities(kb)}
+    known = {quality.property.name: quality for quality in kb.view(read_qualities)}
     source = source or Source("observation")
     blocks = []
     for name, value in values.items():
@@ -64,7 +64,7 @@ def qualities_of(kb: "KnowledgeBase", values: Mapping[str, float | Sequence[floa
     InputError
         If a property is not known, or a value does not fit it.
     """
-    known = {quality.property.name: quality for quality in read_qualities(kb)}
+    known = {quality.property.name: quality for quality in kb.view(read_qualities)}
     found = []
     for name, value in values.items():
         quality, row = _known(name, known), _vector(name, value)
@@ -90,7 +90,7 @@ def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks
                 f"the measurements are also of {strays[0][0]} {strays[0][1]!r}: "
                 f"give those of {instance!r} alone"
             )
-    qualities = read_qualities(kb)
+    qualities = kb.view(read_qualities)
     old = read_instance(kb, instance, qualities)
     if old is not None and (known := str(old.instances[0])) != instance:
         raise InputError(f"instance {instance!r} would be called like {known!r}: use that name")
@@ -100,7 +100,7 @@ def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks
 
 def forget(kb: "KnowledgeBase", instance: str) -> None:
     """Take the instance out of the counts, and away."""
-    qualities = read_qualities(kb)
+    qualities = kb.view(read_qualities)
     iri = kb.resolve(instance, "instance")
     old = read_instance(kb, iri, qualities)
     if old is None:
