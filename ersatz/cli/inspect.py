@@ -83,10 +83,9 @@ def check(location: str, reason: bool, as_json: bool) -> int:
 
 def _path_of(location: str) -> Path | None:
     """Return the file a knowledge base is in, if it is in one."""
-    from ersatz.knowledge.opening import SHIPPED
-    from ersatz.resources import ONTOLOGY
+    from ersatz.knowledge.opening import path_of
 
-    path = ONTOLOGY / f"{location}.ttl" if location in SHIPPED else Path(location)
+    path = path_of(location)
     return path if path.is_file() and path.suffix != ".gz" else None
 
 

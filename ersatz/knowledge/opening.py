@@ -15,6 +15,11 @@ SHIPPED: Final = ("household",)
 """Names of knowledge bases that come with ERSATZ."""
 
 
+def path_of(name: str) -> Path:
+    """Return the file or directory a name stands for: a shipped knowledge base, or a path."""
+    return ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(name)
+
+
 def open_store(location: str | Path, update: str | None = None) -> Store:
     """Open what `KnowledgeBase.open` names, whatever is in it.
 
@@ -28,7 +33,7 @@ def open_store(location: str | Path, update: str | None = None) -> Store:
         from ersatz.knowledge.remote import RemoteStore
 
         return RemoteStore(name, update)
-    path = ONTOLOGY / f"{name}.ttl" if name in SHIPPED else Path(location)
+    path = path_of(name)
     if path.is_dir():
         if is_directory_store(path):
             return DirectoryStore(path)
