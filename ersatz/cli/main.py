@@ -46,13 +46,13 @@ def run() -> None:
     try:
         main()
     except SystemExit as end:
-        if "multiprocessing" in sys.modules or threading.active_count() > 1:
+        if "multiprocessing" in sys.modules or threading.active_count() > 1 or isinstance(end.code, str):
             raise
         atexit._run_exitfuncs()
         with suppress(OSError, ValueError):  # a pipe that broke, or was closed for that
             sys.stdout.flush()
             sys.stderr.flush()
-        os._exit(end.code if isinstance(end.code, int) else 0)
+        os._exit(end.code or 0)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
