@@ -20,7 +20,7 @@ from ersatz.grounding.conceptualization import DEGREE
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.reasoner.confidence import DRAWS, confidences
 from ersatz.reasoner.population import Population
-from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.relevance import USUAL, ReasonerSettings
 from ersatz.reasoner.sampling import Question
 
 
@@ -121,7 +121,7 @@ def calibrate(
     wholes : bool
         Draw objects as wholes, rather than each property by itself.
     """
-    settings = settings or ReasonerSettings()
+    settings = settings or USUAL
     right = accepted(reground(objects, qualities), settings)
     said, crisp, true = [], [], []
     for seed in range(splits):

@@ -13,7 +13,7 @@ from ersatz.reasoner.confidence import SURE
 from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook
 from ersatz.reasoner.population import load_population
 from ersatz.reasoner.recognition import held_bits
-from ersatz.reasoner.relevance import ReasonerSettings
+from ersatz.reasoner.relevance import USUAL, ReasonerSettings
 from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.substitution import rank_substitutes
@@ -164,7 +164,7 @@ def ask_for_more(
     bits = held_bits(known, held)[None].astype(np.float64)
     question = Question(
         known,
-        settings or ReasonerSettings(),
+        settings or USUAL,
         tool,
         np.array([-1]),
         bits,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ersatz.errors import InputError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.indices import crisp_index
-from ersatz.reasoner.relevance import Combine, Index, ReasonerSettings
+from ersatz.reasoner.relevance import USUAL, Combine, Index, ReasonerSettings
 from ersatz.reasoner.representative import class_row, load_knowledge
 from ersatz.reasoner.similarity import above, best_first, compare, ratios, set_sizes
 
@@ -85,7 +85,7 @@ def rank_many(
     InputError
         If top is less than 1, settings are graded, or there is but one class.
     """
-    settings = settings or ReasonerSettings()
+    settings = settings or USUAL
     if top < 1:
         raise InputError(f"top is {top}: rank at least one")
     if isinstance(missing, str):

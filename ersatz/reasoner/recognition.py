@@ -23,7 +23,7 @@ from ersatz.reasoner.quantised import (
     grades,
     held_grades,
 )
-from ersatz.reasoner.relevance import Index, ReasonerSettings, layout_of, relevance
+from ersatz.reasoner.relevance import USUAL, Index, ReasonerSettings, layout_of, relevance
 from ersatz.reasoner.representative import Knowledge, load_knowledge, pack
 from ersatz.reasoner.similarity import Similarity, compare
 
@@ -161,7 +161,7 @@ def _held(
     if not degrees:
         raise InputError("the object holds no quality: measure at least one property of it")
     exactly = _degrees(known, degrees)
-    settings = settings or ReasonerSettings()
+    settings = settings or USUAL
     measured = {quality.property for quality in known.qualities if quality.iri in exactly}
     allowed = measured if settings.properties is None else measured & set(settings.properties)
     return exactly, replace(settings, properties=tuple(sorted(allowed)))

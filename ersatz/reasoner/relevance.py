@@ -183,6 +183,10 @@ class ReasonerSettings:
                 raise InputError(f"{name} {value} is of graded tversky only: leave it out")
 
 
+USUAL: Final = ReasonerSettings()
+"""The paper's settings; made once, for a planner asks in its inner loop."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
     """What a tool asks of a candidate.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any, Final, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from ersatz.reasoner.quantised import (
     graded_relevance,
 )
 from ersatz.reasoner.relevance import (
+    USUAL,
     Index,
     ReasonerSettings,
     Relevance,
@@ -41,9 +42,6 @@ from ersatz.reasoner.relevance import (
 from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge, pack
 from ersatz.reasoner.sampling import Question
 from ersatz.reasoner.similarity import best_first, compare, ratios
-
-USUAL: Final = ReasonerSettings()
-"""The paper's settings; made once, for a planner asks in its inner loop."""
 
 
 class Status(StrEnum):
