@@ -173,7 +173,7 @@ def _bars(responses: NDArray[np.float64], title: str) -> Any:
     axes = figure.add_subplot()
     axes.bar([f"shape {i}" for i in range(1, len(responses) + 1)], responses)
     axes.set_ylim(0, 1)
-    axes.set_title(title)
+    axes.set_title(title, fontsize=8)  # names of scans are long
     axes.set_ylabel("response")
     return figure
 
