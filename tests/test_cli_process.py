@@ -44,3 +44,15 @@ def test_what_a_process_wrote_is_whole(tmp_path: Path) -> None:
         code, errors = ended(*arguments, out=tmp_path / "out")
         assert code == 0, errors
     assert "nothing found" in (tmp_path / "out").read_text(encoding="utf-8")
+
+
+def test_what_was_printed_before_an_error_is_not_lost(tmp_path: Path) -> None:
+    program = (
+        "import atexit, sys\nfrom ersatz.cli.main import run\n"
+        "atexit.register(print, 'and at the end')\nprint('before')\nrun()"
+    )
+    command = [sys.executable, "-c", program, "substitute", "household", "--missing", "trya"]
+    with (tmp_path / "out").open("w", encoding="utf-8") as file:
+        done = subprocess.run(command, stdout=file, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert (tmp_path / "out").read_text(encoding="utf-8") == "before\nand at the end\n"
