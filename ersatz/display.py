@@ -96,12 +96,12 @@ def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
     if not wishes.wishes:
         console.print("No measurement is expected to change the decision.")
         return
-    asked = Table("measure", "of", "known from", "variance less by", box=None, pad_edge=False)
+    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
     for wish in wishes.wishes[:most]:
         of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
         known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
         asked.add_row(wish.property, escape(of), known, f"{wish.gain:.1%}")
-    console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
+    console.print(f"Doubt: {wishes.doubt:.2f} of at most {wishes.most:.2f}.", highlight=False)
     console.print(asked, highlight=False)
 
 

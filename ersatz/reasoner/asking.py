@@ -52,7 +52,7 @@ class Wish:
         Of a tool or a class another object is to be measured.
     property : str
     gain : float in (0, 1]
-        Share of the variance behind the doubt that it is expected to take away.
+        Share of the doubt that it is expected to take away.
     known : int or float
         From how many objects of the class the property is known already; 0 of a single object.
     """
@@ -72,8 +72,8 @@ class Wishes:
     ----------
     missing, iri : str
     about : Doubt
-    doubt : float >= 0, bits
-        As things stand.
+    doubt : float >= 0
+        As things stand: P (1 - P), summed over the candidates.
     settled : bool
         Whether every candidate is accepted or refused with a probability of `SURE` or more.
     candidates : tuple of Candidacy
@@ -88,10 +88,16 @@ class Wishes:
     candidates: tuple[Candidacy, ...]
     wishes: tuple[Wish, ...]
 
+    @property
+    def most(self) -> float:
+        """The most that can be in doubt: one half and one half for each candidate, or all alike."""
+        n = len(self.candidates)
+        return n / 4 if self.about is Doubt.ACCEPTED else 1 - 1 / n
+
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types; the layout is stable."""
         return {
-            "version": 2,
+            "version": 3,
             "missing": self.missing,
             "iri": self.iri,
             "about": str(self.about),

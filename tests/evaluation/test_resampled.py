@@ -1,6 +1,7 @@
 """Objects grounded again in memory: stability, calibration and what asking is worth, on small worlds."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -28,13 +29,13 @@ PROPERTIES = (prop("alpha"), prop("beta"), prop("size", "physical", "x", "y"), p
 FEW = SubcategorizationSettings(3, restarts=3)
 
 
-def blocks(objects: int = 4, spread: float = 0.6) -> list[Block]:
-    """Return values of five classes around means of their own."""
+def blocks(objects: int = 4, spread: float = 0.6, alike: Sequence[str] = ()) -> list[Block]:
+    """Return values of five classes around means of their own, or of all classes where they are alike."""
     chance = np.random.default_rng(0)
     found = []
     for p in PROPERTIES:
         width = max(1, len(p.components))
-        means = chance.normal(size=(5, width))
+        means = chance.normal(size=(5, width)) * (p.name not in alike)
         values = np.repeat(means, objects, axis=0) + spread * chance.normal(size=(5 * objects, width))
         classes = [f"class {at // objects}" for at in range(5 * objects)]
         names = [f"thing {at}" for at in range(5 * objects)]
@@ -127,7 +128,18 @@ def test_efforts_are_counted(objects: Objects, draw: object) -> None:
             assert 0 <= one.right <= one.possible
             assert 0 <= one.sure <= one.possible
             assert one.confirmed or one.sure < one.right
-    assert inquire(cases, 1) == found
+    assert inquire(cases, 1, workers=1 + (draw is unknown_object)) == found
+
+
+@pytest.mark.filterwarnings("ignore:.*distinct value")
+@pytest.mark.parametrize("graded", [False, True])
+def test_what_tells_classes_apart_is_asked_first(graded: bool) -> None:
+    """Of one property classes differ, of the others nobody does."""
+    chosen = ReasonerSettings(graded=graded, tolerance=Fraction(7, 10))
+    world = Objects.of(blocks(objects=8, spread=0, alike=("beta", "size")))
+    found = inquire(unknown_object(world, learn(world, FEW), chosen, 20), 3)
+    assert {one.right for one in found.asked} == {0, 1}
+    assert max(one.right for each in found.random for one in each) > 1
 
 
 def test_all_that_can_be_measured_leaves_no_doubt(objects: Objects) -> None:

@@ -21,6 +21,7 @@ from ersatz.reasoner import sampling
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.gain import Doubt, outlook
+from ersatz.reasoner.posterior import PRIOR, beta_above
 from ersatz.reasoner.relevance import Combine, ReasonerSettings
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.sampling import Question, outcomes, samples
@@ -133,14 +134,22 @@ def test_the_most_telling_measurement_is_the_one_in_doubt() -> None:
     }
     for at in range(20):
         held[f"plate {at}"] = ("plate", {k: v for k, v in TRAY.items() if k != "gamma"})
-    chosen = ReasonerSettings(tolerance=0.8)  # type: ignore[arg-type]
+    chosen = ReasonerSettings(tolerance=0.7)  # type: ignore[arg-type]
     asked = question(make(held), "tray", chosen)
     wished = outlook(asked, 2000)
     first = wished.measurements[0]
     assert (first.candidate, first.property) == (0, "gamma")
     assert all(one.gain < first.gain / 5 for one in wished.measurements[1:])
-    assert wished.doubt > 0.5
-    assert 0.4 < first.gain < 0.5  # one object, beside a prior worth one, tells half of a degree
+    # P(m >= theta) now, and once an object of plate was seen to hold gamma_1, or another gamma.
+    theta = float(chosen.representative)
+    many = sum(one.property == "gamma" for one in asked.knowledge.qualities)
+    now, held_it, other = (
+        float(beta_above(np.array(PRIOR / many + a), np.array(PRIOR - PRIOR / many + b), theta))
+        for a, b in ((0, 0), (1, 0), (0, 1))
+    )
+    taken = ((held_it - now) ** 2 + (many - 1) * (other - now) ** 2) / many
+    assert wished.doubt == pytest.approx(now * (1 - now), abs=0.02)
+    assert first.gain == pytest.approx(taken / (now * (1 - now)), abs=0.03)
 
 
 def test_nothing_is_asked_where_nothing_is_in_doubt() -> None:
