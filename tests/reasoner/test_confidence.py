@@ -17,7 +17,7 @@ from ersatz.knowledge.exports import KNOWROB, knowrob
 from ersatz.knowledge.models import Drawing
 from ersatz.knowledge.validation import check
 from ersatz.knowledge.vocabulary import ERSATZ
-from ersatz.reasoner import sampling
+from ersatz.reasoner import confidence, sampling
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.gain import Doubt, outlook
@@ -298,10 +298,27 @@ def test_asking_refuses_what_makes_no_sense() -> None:
         ask_for_more(kb, "tary", held=[])
 
 
-@pytest.mark.parametrize(("draws", "seed"), [(0, 0), (-1, 0), (1, -1)])
-def test_senseless_numbers_are_refused(draws: int, seed: int) -> None:
-    with pytest.raises(InputError):
+@pytest.mark.parametrize(
+    ("draws", "seed", "message"),
+    [
+        (0, 0, "draws is 0: give 1 to"),
+        (-1, 0, "draws is -1"),
+        (10**11, 0, "draws is 100000000000: give 1 to 1000000"),
+        (1, -1, "seed is -1: give 0 or more"),
+    ],
+)
+def test_senseless_numbers_are_refused(draws: int, seed: int, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         confidences(question(make(HELD), "tray"), draws, seed)
+
+
+def test_more_numbers_than_fit_into_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = question(make(HELD), "tray")
+    many = len(asked.rows)
+    monkeypatch.setattr(confidence, "MOST_NUMBERS", 10 * many)
+    assert confidences(asked, 10).draws == 10
+    with pytest.raises(InputError, match=f"draws is 11: of {many} candidates, give at most 10"):
+        confidences(asked, 11)
 
 
 def test_it_is_said_in_words() -> None:
