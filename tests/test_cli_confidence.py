@@ -49,3 +49,14 @@ def test_what_cannot_be_asked_is_refused_in_one_line(ersatz: Shell, tmp_path: Pa
         assert (run.code, run.out) == (2, "")
         assert run.err.startswith("error: ") and wanted in run.err and run.err.count("\n") == 1
     assert ersatz(*ASKED, "--confidence", "--draws", 0).code == 2
+    for given in (("--draws", 10), ("--seed", 0)):
+        run = ersatz(*ASKED, *given)
+        assert (run.code, run.out) == (2, "")
+        assert run.err == f"error: {given[0]} {given[1]} needs --confidence: without it nothing is drawn\n"
+
+
+def test_how_qualities_are_spaced_is_said(ersatz: Shell) -> None:
+    assert (
+        "How alike: ordinal, spaced by centroids\n" in ersatz(*ASKED, "--graded", "--spacing", "centroid").out
+    )
+    assert "How alike: ordinal\n" in ersatz(*ASKED, "--graded").out

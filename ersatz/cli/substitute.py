@@ -7,6 +7,7 @@ import click
 
 from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json, save
+from ersatz.errors import InputError
 
 
 @click.command()
@@ -55,8 +56,8 @@ def demo() -> None:
 @options.properties
 @click.option("--certainty", help="Typical only if the degree is as surely at least theta; such as 0.5.")
 @click.option("--confidence", is_flag=True, help="Also tell how sure the answer is.")
-@click.option("--draws", default=200, help="Of --confidence: how often what is unsure is drawn.")
-@click.option("--seed", default=0, help="Of these draws.")
+@click.option("--draws", type=int, help="Of --confidence: how often what is unsure is drawn; 200.")
+@click.option("--seed", type=int, help="Of these draws; 0.")
 @click.option("--remember/--no-remember", help="Write the answer into the knowledge base.")
 @options.as_json
 def substitute(
@@ -69,8 +70,8 @@ def substitute(
     graded: bool,
     properties: str | None,
     confidence: bool,
-    draws: int,
-    seed: int,
+    draws: int | None,
+    seed: int | None,
     remember: bool,
     as_json: bool,
     **chosen: Any,
@@ -79,7 +80,11 @@ def substitute(
 
     Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
+    for name, number in (("draws", draws), ("seed", seed)):
+        if number is not None and not confidence:
+            raise InputError(f"--{name} {number} needs --confidence: without it nothing is drawn")
     kb = open_kb(location, "ersatz.reasoner.substitution", "ersatz.display")
+    from ersatz.reasoner.confidence import DRAWS
     from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
@@ -99,8 +104,8 @@ def substitute(
         instances=instance,
         settings=settings,
         remember=remember,
-        draws=draws if confidence else None,
-        seed=seed,
+        draws=(DRAWS if draws is None else draws) if confidence else None,
+        seed=seed or 0,
     )
     if remember and (confidence or not ranking.reused) and ranking.status is Status.OK:
         save(kb, "the answer is not remembered")
