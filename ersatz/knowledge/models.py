@@ -90,11 +90,14 @@ class Drawing:
         Credible level of the intervals.
     prior : Decimal
         What the prior weighs, in observed units.
+    seed : int, optional
+        Of the draws: with it, they can be made again.
     """
 
     draws: int
     level: Decimal
     prior: Decimal
+    seed: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

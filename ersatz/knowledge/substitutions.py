@@ -42,6 +42,8 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
         yield f"{subject} {v.DRAWS} {integer(model.drawing.draws)} .\n"
         yield f"{subject} {v.CREDIBLE_LEVEL} {decimal(model.drawing.level)} .\n"
         yield f"{subject} {v.PRIOR_COUNT} {decimal(model.drawing.prior)} .\n"
+        if model.drawing.seed is not None:
+            yield f"{subject} {v.SEED} {integer(model.drawing.seed)} .\n"
     for predicate, names in (
         (v.RELEVANT_PHYSICAL_QUALITY, model.relevant_physical),
         (v.RELEVANT_FUNCTIONAL_QUALITY, model.relevant_functional),
@@ -108,8 +110,12 @@ def _chances(kb: "KnowledgeBase", model_iri: str) -> tuple[dict[str, Chances], D
         str(row["candidate"]): Chances(*(_decimal(row[name]) for name in ("accepted", "best", "low", "high")))
         for row in rows
     }
-    drawn = (Drawing(int(str(row["draws"])), _decimal(row["level"]), _decimal(row["prior"])) for row in rows)
-    return chances, next(drawn, None)
+    return chances, _drawing(rows[0]) if rows else None
+
+
+def _drawing(row: Mapping[str, object]) -> Drawing:
+    seed = None if row["seed"] is None else int(str(row["seed"]))
+    return Drawing(int(str(row["draws"])), _decimal(row["level"]), _decimal(row["prior"]), seed)
 
 
 def remember(kb: "KnowledgeBase", model: SubstitutionModel) -> None:

@@ -116,7 +116,7 @@ class Confidences:
 
     def drawing(self) -> Drawing:
         """Return how the figures were made, as it is written down."""
-        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(self.prior)))
+        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(self.prior)), self.seed)
 
 
 def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confidences:

@@ -15,8 +15,9 @@ from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.exports import KNOWROB, knowrob
 from ersatz.knowledge.models import Drawing
+from ersatz.knowledge.terms import integer
 from ersatz.knowledge.validation import check
-from ersatz.knowledge.vocabulary import ERSATZ
+from ersatz.knowledge.vocabulary import ERSATZ, SEED
 from ersatz.reasoner import confidence, sampling
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
@@ -226,7 +227,7 @@ def test_a_remembered_answer_says_how_sure_it_is() -> None:
     model = kb.substitution_model("tray")
     assert model == first.model()
     assert model is not None
-    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("0.5"))
+    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("0.5"), 1)
     for one in first:
         (written,) = (c for c in model.candidates if c.iri == one.iri)
         assert one.confidence is not None
@@ -236,6 +237,17 @@ def test_a_remembered_answer_says_how_sure_it_is() -> None:
     again = rank_substitutes(kb, "tray", ["plate", "book"], draws=40, seed=1)
     assert again.reused
     assert [one.confidence for one in again] == [one.confidence for one in first]
+
+
+def test_an_answer_remembered_without_a_seed_is_read() -> None:
+    """As written before the seed was told."""
+    kb = make(HELD)
+    model = rank_substitutes(kb, "tray", remember=True, draws=40, seed=7).model()
+    kb.tell([f"<{model.iri}> {SEED} {integer(7)} .\n"], [])
+    read = kb.substitution_model("tray")
+    assert read is not None and read.drawing is not None and model.drawing is not None
+    assert (model.drawing.seed, read.drawing.seed) == (7, None)
+    assert read.candidates == model.candidates
 
 
 def test_confidence_is_added_to_a_remembered_answer_and_lost_by_what_was_not_asked_with_it() -> None:
