@@ -41,6 +41,21 @@ def test_it_is_told_what_to_measure(ersatz: Shell, tmp_path: Path) -> None:
     assert classes.code == 0
 
 
+def test_asking_knows_the_rule_that_decides(ersatz: Shell) -> None:
+    asked = ("ask", "household", "--missing", "tray", "--available", "plate", "--draws", 50, "--json")
+
+    def accepted(*given: object) -> float:
+        return float(json.loads(ersatz(*asked, *given).out)["candidates"][0]["accepted"])
+
+    assert accepted("--graded", "--tolerance", "0.1") == 1
+    assert accepted("--graded", "--tolerance", "0.99", "--similarity", "ruzicka") == 0
+    close = ("--graded", "--tolerance", "0.74")
+    assert accepted(*close, "--spacing", "centroid") != accepted(*close)
+    assert ersatz(*asked, "--certainty", "2").err == (
+        "error: certainty is 2: it lies between 0 and 1, without them\n"
+    )
+
+
 def test_what_cannot_be_asked_is_refused_in_one_line(ersatz: Shell, tmp_path: Path) -> None:
     known = tmp_path / "object.toml"
     for text, wanted in (("length = 1", "'length'"), ('weight = "much"', "weight"), ("size = 3", "size")):
