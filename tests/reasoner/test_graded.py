@@ -203,6 +203,10 @@ def test_many_different_numbers_of_qualities_do_not_overflow(spaced: bool) -> No
     assert np.isclose(drawn[0], float(weights))
 
 
+def test_only_physical_qualities_weigh() -> None:
+    assert importance(np.ones(Q), LAYOUT).tolist() == [3, 1, 4, 0, 0]
+
+
 def test_a_neighbour_in_rank_is_nearer_than_one_far_off() -> None:
     """size_2 is nearer to size_3 than to size_4; sets and their ratios cannot tell."""
     layout = Layout(np.ones(4, bool), np.zeros(4, bool), np.array([0]), np.zeros(0, np.int64))

@@ -1,5 +1,7 @@
 """Markup: whatever data holds, it reaches the browser as text."""
 
+from decimal import Decimal
+
 import pytest
 
 from ersatz.service.pages.individuals import _read
@@ -33,7 +35,7 @@ def test_an_individual_is_shown_with_the_degrees_it_holds() -> None:
     assert quality.endswith("weight_2")
     assert 0.5 <= degree < 1
     assert others == f"weight 1 to {1 - degree:.2f}, weight 2 to {degree:.2f}"
-    assert {(degree, others) for _, degree, others in _read(small(), "plate 2").held} == {(1, "")}
+    assert {(degree, others) for _, degree, others in _read(small(), "plate 2").held} == {(Decimal(1), "")}
 
 
 def test_markup_is_not_escaped_twice_and_false_leaves_an_attribute_out() -> None:
