@@ -41,6 +41,21 @@ def test_it_is_told_what_to_measure(ersatz: Shell, tmp_path: Path) -> None:
     assert classes.code == 0
 
 
+def test_of_fuzzy_qualities_a_measured_object_holds_several(ersatz: Shell, tmp_path: Path) -> None:
+    """Between two centroids a little weight tells more than the quality it is nearest to."""
+    table, fuzzy = tmp_path / "objects.csv", tmp_path / "fuzzy.ttl"
+    rows = [f"{name},{name}_{at},{weight},{area}" for name, weight, area in
+            (("plate", 0.3, 0.05), ("tray", 0.8, 0.1)) for at in range(5)]  # fmt: skip
+    table.write_text("\n".join(["object_class,instance,weight [kg],support [m2]", *rows]), encoding="utf-8")
+    assert ersatz("build", fuzzy, "--tables", table, "--fuzzy", "--clusters", 2).code == 0
+    known, found = tmp_path / "object.toml", []
+    for weight in (0.79, 0.7, 0.6):  # all are weight_2 most
+        known.write_text(f"weight = {weight}\n", encoding="utf-8")
+        asked = ("ask", fuzzy, "--missing", "tray", "--graded", "--tolerance", "0.8", "--measured", known)
+        found.append(json.loads(ersatz(*asked, "--json").out)["candidates"][0]["accepted"])
+    assert found[0] > found[-1]
+
+
 def test_asking_knows_the_rule_that_decides(ersatz: Shell) -> None:
     asked = ("ask", "household", "--missing", "tray", "--available", "plate", "--draws", 50, "--json")
 

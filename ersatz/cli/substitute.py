@@ -121,17 +121,19 @@ def ask(
     """
     kb = open_kb(location)
     from ersatz.cli.update import read_values
-    from ersatz.knowledge.updates import qualities_of
+    from ersatz.knowledge.updates import degrees_of, qualities_of
     from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.gain import Doubt
 
+    settings = _settings(**chosen)
+    told = degrees_of if settings.graded else qualities_of
     wishes = ask_for_more(
         kb,
         missing,
         available or None,
         instances=instance,
-        held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
-        settings=_settings(**chosen),
+        held=None if measured is None else told(kb, read_values(measured, some=False)),
+        settings=settings,
         about=Doubt.BEST if best else Doubt.ACCEPTED,
         draws=draws,
         seed=seed,

@@ -289,6 +289,22 @@ def test_an_unnamed_object_is_asked_for_what_is_not_known_of_it() -> None:
     assert nothing.to_json()["measure"][0]["gain"] == round(nothing.wishes[0].gain, 6)
 
 
+def test_what_is_known_of_an_object_counts_by_its_degrees() -> None:
+    """Nearer to what the tool holds, it is accepted more often; not graded, every degree is one."""
+    kb, by_degrees = make(MEASURED), ReasonerSettings(graded=True)
+
+    def accepted(far: float, chosen: ReasonerSettings | None) -> float:
+        held = {"alpha_3": 1 - far, "alpha_1": far, "gamma_1": 1}
+        return ask_for_more(kb, "tray", held=held, settings=chosen, draws=300).candidates[0].accepted
+
+    shares = [accepted(far, by_degrees) for far in (0, 0.25, 0.5, 1)]
+    assert shares == sorted(shares, reverse=True)
+    assert shares[0] > shares[2] > shares[-1]
+    assert accepted(0.25, None) == accepted(0.5, None)
+    with pytest.raises(InputError, match="alpha_3 to the degree 2"):
+        ask_for_more(kb, "tray", held={"alpha_3": 2})
+
+
 def test_things_at_hand_are_asked_by_name() -> None:
     asked = ask_for_more(make(HELD), "tray", ["plate"], instances=["sponge 1"], about=Doubt.BEST)
     assert {(one.name, one.kind) for one in asked.candidates} == {

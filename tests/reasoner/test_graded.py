@@ -203,6 +203,23 @@ def test_many_different_numbers_of_qualities_do_not_overflow(spaced: bool) -> No
     assert np.isclose(drawn[0], float(weights))
 
 
+def test_whole_numbers_are_rounded_half_up() -> None:
+    layout = Layout(np.ones(4, bool), np.zeros(4, bool), np.array([0]), np.zeros(0, np.int64))
+    assert cumulative(np.array([1, 1, 1, 1]), layout, 10).tolist() == [3, 5, 8, 10]
+
+
+@few
+@given(seeds, st.sampled_from([(0, 0), (2, 0), (0, 3), (5, 1)]))
+def test_draws_weigh_what_lacks_and_what_is_extra(seed: int, ratio: tuple[int, int]) -> None:
+    wanted, held = degrees(seed) * PHYSICAL, degrees(seed + 1, 4) * PHYSICAL
+    alpha, beta = map(Fraction, ratio)
+    found = similarities(wanted, wanted, held, LAYOUT, Similarity.TVERSKY, (alpha, beta))
+    for one, other in zip(found, held, strict=True):
+        shared = np.minimum(wanted, other).sum()
+        below = shared + ratio[0] * (wanted - other).clip(0).sum() + ratio[1] * (other - wanted).clip(0).sum()
+        assert np.isclose(one, shared / below if below > 0 else 0)
+
+
 def test_only_physical_qualities_weigh() -> None:
     assert importance(np.ones(Q), LAYOUT).tolist() == [3, 1, 4, 0, 0]
 
