@@ -367,7 +367,8 @@ CASES: dict[str, list[Case]] = {
     "substitution_models": [Case("MODEL | kb:Tray | REVISION | REVISION")],
     "substitution_relevance": [
         Case(
-            "functional | kb:support_2 \n physical | kb:size_2 \n physical | kb:weight_2", {"model": "MODEL"}
+            "functional | kb:support_2 | - \n physical | kb:size_2 | - \n physical | kb:weight_2 | -",
+            {"model": "MODEL"},
         )
     ],
 }

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.validation import check
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.aspects import Aspect, in_words
 from ersatz.reasoner.explanation import origin
@@ -257,6 +258,27 @@ def test_remembered_graded_answers_are_not_those_of_other_settings() -> None:
     assert [iri.rpartition("#")[2] for iri in model.substitutes] == ["Book", "Plate"]
 
 
+def test_remembered_graded_answers_say_how_much_each_quality_counts() -> None:
+    kb = make(HELD)
+    first = rank_substitutes(kb, "tray", settings=RUZICKA, remember=True, draws=20)
+    model = kb.substitution_model("tray")
+    assert model == first.model()
+    assert model is not None
+    told = first.weights()
+    assert {name: float(weight) for name, weight in model.weights} == told["functions"] | told["qualities"]
+    rows = kb.ask("substitution_relevance", model=model.iri)
+    assert {str(row["quality"]).rpartition("#")[2]: str(row["weight"]) for row in rows} == {
+        name: str(weight) for name, weight in model.weights
+    }
+    assert not check(kb.triples()).findings
+    kb.forget("plate 1")
+    assert not kb.query("SELECT ?s { ?s a <https://w3id.org/ersatz#Relevance> }")
+    rank_substitutes(kb, "tray", remember=True)
+    crisp = kb.substitution_model("tray")
+    assert crisp is not None
+    assert crisp.weights == ()
+
+
 def test_degrees_of_up_to_twelve_objects_are_exact() -> None:
     for total in range(1, 13):
         counts = np.arange(total + 1, dtype=np.int64)[None] * 10**6
@@ -264,6 +286,13 @@ def test_degrees_of_up_to_twelve_objects_are_exact() -> None:
         assert [Fraction(int(one), 55440) for one in found[0]] == [
             Fraction(n, total) for n in range(total + 1)
         ]
+
+
+def test_degrees_are_rounded_half_up() -> None:
+    counts = np.array([[1, 3, 7]], dtype=np.int64) * 10**6
+    for total, found in ((13, [4265, 12794, 29852]), (55440 * 2, [1, 2, 4])):
+        totals = np.full_like(counts, total * 10**6)
+        assert quantise(Memberships(("a",), ("a",), counts, totals)).tolist() == [found]
 
 
 def test_millions_of_objects_do_not_overflow() -> None:
