@@ -22,7 +22,7 @@ from ersatz.reasoner import confidence, sampling
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.gain import Doubt, outlook
-from ersatz.reasoner.relevance import Combine, ReasonerSettings
+from ersatz.reasoner.relevance import Combine, ReasonerSettings, typical
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.sampling import Question, outcomes, samples
 from ersatz.reasoner.similarity import Similarity
@@ -211,6 +211,27 @@ def test_typical_with_certainty_asks_for_more_than_one_object() -> None:
     assert (crisp.similarity, unsure.similarity, sure.similarity) == (1, 1, 0)
     assert sure.flags == ("unknown",)
     assert sure.counterfactual().representative is None
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(helds(), st.sampled_from([Fraction(1, 10), Fraction(35, 100), Fraction(2, 3)]))
+def test_more_certainty_leaves_less_and_endless_data_what_is_typical(held: Held, theta: Fraction) -> None:
+    """Between two objects and endlessly many alike: nothing never observed, and less with more certainty."""
+    known = make(held).view(load_knowledge)
+
+    def at(certainty: Fraction | None, times: int = 1) -> Any:
+        classes = replace(
+            known.classes, counts=known.classes.counts * times, totals=known.classes.totals * times
+        )
+        return typical(classes, known, ReasonerSettings(theta, certainty=certainty))
+
+    little, much = at(Fraction(1, 100)), at(Fraction(99, 100))
+    assert not (much & ~little).any()
+    assert not (little & (known.classes.counts == 0)).any()
+    shares = known.classes.counts / np.maximum(known.classes.totals, 1)
+    clear = np.abs(shares - float(theta)) > 0.01
+    for certainty in (Fraction(1, 100), Fraction(99, 100)):
+        assert (at(certainty, 10**6) == at(None))[clear].all()
 
 
 @pytest.mark.parametrize("certainty", [0, 1, -0.1, "nan"])
