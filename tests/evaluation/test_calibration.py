@@ -78,7 +78,9 @@ def independent(
     return judged(told, answers)
 
 
-def together(settings: ReasonerSettings, wholes: bool, worlds: int = 60) -> Calibration:
+def together(
+    settings: ReasonerSettings, wholes: bool, further: float | None = None, worlds: int = 60
+) -> Calibration:
     """Answer in worlds where an object has the same rank of every property."""
     told, answers = [], []
     for seed in range(worlds):
@@ -91,10 +93,11 @@ def together(settings: ReasonerSettings, wholes: bool, worlds: int = 60) -> Cali
         functions = np.repeat(np.diag(np.bincount(rank, minlength=RANKS))[:, None], len(PROPERTIES), axis=1)
         objects = Population(of_class, held.reshape(len(held), -1))
         seen = known(counts, functions.astype(np.float64))
-        told.append(said(seen, settings, seed, objects if wholes else None, None))
-        endless = np.repeat(degrees[:, None] * SURE, len(PROPERTIES), axis=1)
+        told.append(said(seen, settings, seed, objects if wholes else None, further))
+        to_come = degrees * SURE if further is None else chance.multinomial(SEEN, degrees)
+        all_of_it = np.repeat(to_come[:, None], len(PROPERTIES), axis=1) + counts
         surely = np.repeat(np.eye(RANKS)[:, None] * SURE, len(PROPERTIES), axis=1)
-        answers.append(accepted(known(endless, surely), settings))
+        answers.append(accepted(known(all_of_it, surely), settings))
     return judged(told, answers)
 
 
@@ -139,6 +142,12 @@ def test_properties_that_go_together_are_calibrated_only_in_whole_objects(settin
     assert wholes.error < 1.5 * wholes.error_by_chance
     assert singly.error > 2 * singly.error_by_chance
     assert wholes.brier < singly.brier
+
+
+def test_whole_objects_to_come_are_calibrated() -> None:
+    found = together(ReasonerSettings(graded=True), wholes=True, further=1.0)
+    assert off(found) <= 1
+    assert found.error < 1.5 * found.error_by_chance
 
 
 def by_hand(said: Sequence[float], crisp: Sequence[int], true: Sequence[int]) -> Calibration:
