@@ -1,8 +1,7 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--refits 100] [--splits 10] [--decisions 100] [--workers 1]
-        [--readme]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--workers 1] [--readme]
 
 Prints tables in Markdown, or puts them into the README (`--readme`); `--out` also writes the numbers as JSON
 and the figure of calibration. Without the RoCS data only `household` takes part.
@@ -65,8 +64,8 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
     """Answer with some of the objects, drawn as wholes and property by property."""
     rows = [
         "| objects | rule | what is true | Brier of yes or no | Brier, singly | error, singly | Brier "
-        "| error |",
-        "|---|---|---|---|---|---|---|---|",
+        "| error | by chance | bins off |",
+        "|" + "---|" * 10,
     ]
     found: dict[str, Calibration] = {}
     for name, objects in data.items():
@@ -80,9 +79,11 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
             )
             found[label] = wholes
             numbers = (wholes.brier_crisp, singly.brier, singly.error, wholes.brier, wholes.error)
-            rows.append(f"| {label} | {' | '.join(f'{number:.3f}' for number in numbers)} |")
+            cells = [f"{number:.3f}" for number in (*numbers, wholes.error_by_chance)]
+            off = [one.off for one in wholes.bins()]
+            rows.append(f"| {label} | {' | '.join(cells)} | {sum(off)} of {len(off)} |")
     if options.out:
-        shown = {label: one for label, one in found.items() if label.endswith(Truth.LONG_RUN)}
+        shown = {label.replace(" | ", ", ").replace(", ", "\n", 1): one for label, one in found.items()}
         draw_one("reliability", reliability, shown, options.out)
     return "\n".join(rows) + "\n", {name: one.to_json() for name, one in found.items()}
 
@@ -133,14 +134,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--readme", action="store_true")
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
-    for name, usual in (
-        ("resamples", 100),
-        ("refits", 100),
-        ("splits", 10),
-        ("decisions", 100),
-        ("workers", 1),
-    ):
-        parser.add_argument(f"--{name}", type=int, default=usual)
+    usual = {"resamples": 100, "refits": 100, "splits": 20, "decisions": 100, "workers": 1}
+    for name, number in usual.items():
+        parser.add_argument(f"--{name}", type=int, default=number)
     options = parser.parse_args()
     warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment
     if options.out:

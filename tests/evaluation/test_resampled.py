@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ersatz.evaluation.calibration import Calibration, calibrate, half
+from ersatz.evaluation.calibration import calibrate, half
 from ersatz.evaluation.figures import draw_one, reliability
 from ersatz.evaluation.inquiry import Effort, Inquiry, Ratio, inquire
 from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
@@ -93,27 +93,15 @@ def test_what_is_all_alike_is_stable_and_ties(objects: Objects) -> None:
     assert markdown(agreed).count("\n") == 2 + len(some)
 
 
-def calibration(said: Sequence[float], crisp: Sequence[int], true: Sequence[int]) -> Calibration:
-    return Calibration(np.array(said), np.array(crisp, dtype=bool), np.array(true, dtype=bool))
-
-
-def test_scores_of_calibration_by_hand() -> None:
-    found = calibration([0.25, 0.25, 0.25, 0.25, 1.0], [1, 0, 0, 0, 1], [0, 0, 0, 1, 1])
-    assert found.brier == pytest.approx((3 * 0.0625 + 0.5625) / 5)
-    assert found.brier_crisp == pytest.approx(2 / 5)
-    assert found.error == pytest.approx(0)
-    assert [(one.said, one.true, one.count) for one in found.bins()] == [(0.25, 0.25, 4), (1.0, 1.0, 1)]
-    assert calibration([0.9], [1], [0]).error == pytest.approx(0.9)
-
-
 def test_answers_of_half_of_the_objects_are_judged_by_all(objects: Objects, tmp_path: Path) -> None:
     found = calibrate(objects, learn(objects, FEW), ReasonerSettings(graded=True), splits=2, draws=20)
-    assert len(found.said) == 2 * 5 * 4
+    assert found.said.shape == (2, 5, 4)
     assert np.all((found.said >= 0) & (found.said <= 1))
     assert found.error < 0.2
     pytest.importorskip("matplotlib")
     assert draw_one("reliability", reliability, {"here": found}, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"reliability.png", "reliability.svg"}
+    assert not draw_one("nothing", reliability, {}, tmp_path)
 
 
 @pytest.mark.parametrize("draw", [unknown_object, unknown_objects, unknown_classes])
