@@ -123,7 +123,7 @@ def _knowledge(counts: Counts) -> Knowledge:
     for quality in counts.qualities:
         prop = quality.property
         terms += [
-            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank, tuple(centroid))
+            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank, tuple(centroid), prop.unit)
             for rank, (name, centroid) in enumerate(
                 zip(quality.names, quality.centroids.tolist(), strict=True), 1
             )

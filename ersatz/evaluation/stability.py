@@ -49,6 +49,7 @@ class Variant:
 _RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
 _ORDINAL: Final = ReasonerSettings(graded=True)
 _SPACED: Final = ReasonerSettings(graded=True, spacing=Spacing.CENTROID)
+_BY_RATIO: Final = ReasonerSettings(graded=True, spacing=Spacing.RATIO)
 
 VARIANTS: Final = (
     Variant("k-means, the paper's rule", ReasonerSettings()),
@@ -62,6 +63,9 @@ VARIANTS: Final = (
     Variant("k-means, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, clusters=8),
     Variant("fuzzy, 8 qualities, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER, 8),
     Variant("fuzzy, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER, 8),
+    Variant("fuzzy, 8 qualities, graded, ordinal, spaced by ratios", _BY_RATIO, USUAL_FUZZIFIER, 8),
+    Variant("fuzzy, 20 qualities, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER, 20),
+    Variant("fuzzy, 20 qualities, graded, ordinal, spaced by ratios", _BY_RATIO, USUAL_FUZZIFIER, 20),
 )
 
 
