@@ -231,12 +231,15 @@ def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int]) -> Degrees:
     """Return (..., c): the differences of cumulative shares, (..., k) and (..., c, k), times the k gaps."""
     shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1])
     even = len(set(gaps)) == 1  # then they are multiplied once: the usual case, and the quickest
-    far = np.zeros(shape, _sum_type(candidates) if even else _wide(candidates).dtype)
+    # Gaps that differ add up to SPAN at most, and 32 bits hold SPAN * ONE.
+    far = np.zeros(shape, _sum_type(candidates) if even else candidates.dtype)
     for at, gap in enumerate(gaps):
         apart = candidates[..., at] - tool[..., at, None].astype(candidates.dtype)
         np.abs(apart, out=apart)
-        far += apart if even else gap * apart.astype(far.dtype)
-    return gaps[0] * _wide(far) if even else far
+        if not even:
+            apart *= gap
+        far += apart
+    return gaps[0] * _wide(far) if even else _wide(far)
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:
