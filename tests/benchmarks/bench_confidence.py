@@ -56,6 +56,8 @@ def measure_stability(data: Mapping[str, Objects], options: argparse.Namespace) 
         rows = stability(objects, VARIANTS, options.resamples, refits, progress=tell)
         if name == "RoCS":
             rows = with_agreement(rows, VARIANTS, data["household"], scenarios)
+        more = stability(objects, VARIANTS[-1:], options.resamples, 0, times=2, progress=tell)
+        rows += tuple(replace(one, label=f"twice as many objects: {one.label}") for one in more)
         found += [replace(one, label=f"{name}: {one.label}") for one in rows]
     return markdown(found), [one.to_json() for one in found]
 
