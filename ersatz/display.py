@@ -28,9 +28,14 @@ if TYPE_CHECKING:
 BAR = 10
 """Characters of a full bar."""
 
-
 MINOR = 0.05
 """Weights below, and below half of the greatest, are not shown."""
+
+SPACED: Final = {
+    Spacing.RANK: "",
+    Spacing.CENTROID: ", spaced by centroids",
+    Spacing.RATIO: ", spaced by ratios of centroids",
+}
 
 
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
@@ -87,7 +92,7 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
             table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
             title = ""
     console.print(table, highlight=False)
-    spaced = ", spaced by centroids" if ranking.settings.spacing is Spacing.CENTROID else ""
+    spaced = SPACED[ranking.settings.spacing]
     console.print(f"How alike: {ranking.settings.similarity}{spaced}\n", highlight=False)
 
 

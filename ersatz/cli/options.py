@@ -38,7 +38,9 @@ _REASONING: Final = (
         help="jaccard (default), coverage, tversky; graded: ordinal (default), ruzicka too.",
     ),
     click.option(
-        "--spacing", default="rank", help="Of ordinal: qualities are as far apart as ranks or as centroids."
+        "--spacing",
+        default="rank",
+        help="Of ordinal: qualities are as far apart as rank, centroid, or ratio of centroids.",
     ),
     click.option("--above-lowest/--no-above-lowest", help="Only functions above the lowest degree."),
     click.option("--fallback/--no-fallback", help="With no relevant function, compare all that is typical."),

@@ -58,11 +58,11 @@ class Objects:
         values = {name: one[rows] for name, one in self.values.items()}
         return Objects(self.classes, self.of_class[rows], values, self.properties)
 
-    def resampled(self, seed: int) -> "Objects":
-        """Return as many objects of each class, drawn with replacement."""
+    def resampled(self, seed: int, times: int = 1) -> "Objects":
+        """Return so many times as many objects of each class, drawn with replacement."""
         chance = np.random.default_rng(seed)
         rows = [np.flatnonzero(self.of_class == row) for row in range(len(self.classes))]
-        return self.take(np.concatenate([chance.choice(of, len(of)) for of in rows]))
+        return self.take(np.concatenate([chance.choice(of, times * len(of)) for of in rows]))
 
 
 def learn(objects: Objects, settings: SubcategorizationSettings) -> tuple[Qualities, ...]:
@@ -123,7 +123,7 @@ def _knowledge(counts: Counts) -> Knowledge:
     for quality in counts.qualities:
         prop = quality.property
         terms += [
-            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank, tuple(centroid))
+            QualityTerm(name, name, prop.name, prop.adjective, prop.kind, rank, tuple(centroid), prop.unit)
             for rank, (name, centroid) in enumerate(
                 zip(quality.names, quality.centroids.tolist(), strict=True), 1
             )

@@ -49,6 +49,7 @@ class Variant:
 _RUZICKA: Final = ReasonerSettings(graded=True, similarity=Similarity.RUZICKA)
 _ORDINAL: Final = ReasonerSettings(graded=True)
 _SPACED: Final = ReasonerSettings(graded=True, spacing=Spacing.CENTROID)
+_BY_RATIO: Final = ReasonerSettings(graded=True, spacing=Spacing.RATIO)
 
 VARIANTS: Final = (
     Variant("k-means, the paper's rule", ReasonerSettings()),
@@ -62,6 +63,9 @@ VARIANTS: Final = (
     Variant("k-means, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, clusters=8),
     Variant("fuzzy, 8 qualities, graded, ordinal", _ORDINAL, USUAL_FUZZIFIER, 8),
     Variant("fuzzy, 8 qualities, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER, 8),
+    Variant("fuzzy, 8 qualities, graded, ordinal, spaced by ratios", _BY_RATIO, USUAL_FUZZIFIER, 8),
+    Variant("fuzzy, 20 qualities, graded, ordinal, spaced by centroids", _SPACED, USUAL_FUZZIFIER, 20),
+    Variant("fuzzy, 20 qualities, graded, ordinal, spaced by ratios", _BY_RATIO, USUAL_FUZZIFIER, 20),
 )
 
 
@@ -108,6 +112,7 @@ def stability(
     refits: int = 100,
     restarts: int = 3,
     progress: Callable[[str, float], None] = lambda _stage, _share: None,
+    times: int = 1,
 ) -> tuple[Stability, ...]:
     """Draw the objects again many times and compare every variant's rankings with those of all objects.
 
@@ -121,6 +126,8 @@ def stability(
     restarts : int
         Starts of k-means in several dimensions.
     progress : callable
+    times : int
+        Draw so many times as many objects: what would stay if more were known.
     """
     cutting = {one: one.grounding(restarts) for one in variants}
     fixed = {settings: learn(objects, settings) for settings in dict.fromkeys(cutting.values())}
@@ -128,7 +135,7 @@ def stability(
     rows: dict[tuple[Variant, bool], list[tuple[float, ...]]] = {}
     for seed in range(resamples):
         progress("objects drawn again", seed / resamples)
-        again = objects.resampled(seed)
+        again = objects.resampled(seed, times)
         for refitted in (False, True)[: 1 + (seed < refits)]:
             cuts = {settings: learn(again, settings) for settings in fixed} if refitted else fixed
             for one, scores in _scores(again, cutting, cuts).items():

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 FOLDER: Final = "index"
 MANIFEST: Final = "manifest.json"
 MOST: Final = 10_000

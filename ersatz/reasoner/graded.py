@@ -236,12 +236,15 @@ def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int], kind: np.dty
     """
     shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1])
     even = len(set(gaps)) == 1  # then they are multiplied once: the usual case, and the quickest
-    far = np.zeros(shape, _sum_type(candidates) if even else kind)
+    # Gaps that differ add up to SPAN at most, and 32 bits hold SPAN * ONE.
+    far = np.zeros(shape, _sum_type(candidates) if even else candidates.dtype)
     for at, gap in enumerate(gaps):
         apart = candidates[..., at] - tool[..., at, None].astype(candidates.dtype)
         np.abs(apart, out=apart)
-        far += apart if even else gap * apart.astype(kind)
-    return gaps[0] * far.astype(kind, copy=False) if even else far
+        if not even:
+            apart *= gap
+        far += apart
+    return (gaps[0] if even else 1) * far.astype(kind, copy=False)
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:

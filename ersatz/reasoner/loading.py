@@ -146,6 +146,7 @@ def _read_qualities(kb: KnowledgeBase) -> tuple[QualityTerm, ...]:
                 Kind(str(prop["kind"])),
                 int(row["rank"]) if isinstance(row["rank"], int) else 0,
                 vectors.get(str(row["quality"])) or (float(str(row["centroid"])),),
+                str(prop["unit"]),
             )
         )
     return tuple(sorted(qualities, key=lambda quality: (quality.property, quality.rank)))

@@ -52,10 +52,13 @@ class Spacing(StrEnum):
 
     - rank: each as far from the next as any other.
     - centroid: as far as their centroids; of vectors, along the way from one to the next.
+    - ratio: amounts, which have a unit and are above 0, as far as the ratios of their centroids, so that
+      0.2 kg is as far from 0.4 as 1 kg from 2 (Weber's law); dimensionless numbers as by centroid.
     """
 
     RANK = "rank"
     CENTROID = "centroid"
+    RATIO = "ratio"
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,17 +326,20 @@ def layout_of(knowledge: Knowledge, settings: ReasonerSettings) -> Layout:
     starts = [at for at, name in enumerate(names) if at == 0 or name != names[at - 1]]
     position = {quality.iri: at for at, quality in enumerate(knowledge.qualities)}
     columns = [position[iri] for iri in knowledge.functions.iris]
-    gaps = _gaps(knowledge) if settings.spacing is Spacing.CENTROID else None
+    gaps = None if settings.spacing is Spacing.RANK else _gaps(knowledge, settings.spacing)
     return Layout(
         physical, functional, np.array(starts, dtype=np.int64), np.array(columns, dtype=np.int64), gaps
     )
 
 
-def _gaps(knowledge: Knowledge) -> NDArray[np.int64]:
+def _gaps(knowledge: Knowledge, spacing: Spacing) -> NDArray[np.int64]:
     """Return `Layout.gaps` from the centroids; whole numbers that add up to `SPAN` over a property."""
     gaps = []
     for _, group in groupby(knowledge.qualities, key=lambda quality: quality.property):
-        centroids = np.array([quality.centroid for quality in group])
+        terms = list(group)
+        centroids = np.array([quality.centroid for quality in terms])
+        if spacing is Spacing.RATIO and terms[0].unit != "1" and np.all(centroids > 0):
+            centroids = np.log(centroids)
         way = np.linalg.norm(np.diff(centroids, axis=0), axis=1).cumsum()
         places = np.rint(SPAN * way / way[-1]).astype(np.int64) if len(way) else way.astype(np.int64)
         gaps += [*np.diff(places, prepend=0).tolist(), 0]

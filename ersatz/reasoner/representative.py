@@ -33,6 +33,8 @@ class QualityTerm:
     rank: int
     centroid: tuple[float, ...] = ()
     """In the property's unit; empty where it is not known."""
+    unit: str = "1"
+    """Of the property; "1" for a dimensionless number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -73,6 +73,8 @@ def test_a_resample_has_as_many_objects_of_each_class(objects: Objects) -> None:
     assert np.array_equal(np.bincount(again.of_class), np.bincount(objects.of_class))
     assert not np.array_equal(again.values["alpha"], objects.values["alpha"])
     assert np.array_equal(again.values["alpha"], objects.resampled(1).values["alpha"])
+    twice = objects.resampled(1, times=2)
+    assert np.array_equal(np.bincount(twice.of_class), 2 * np.bincount(objects.of_class))
     shown = half(objects, 0)
     assert len(set(shown.tolist())) == len(shown) == 10
 
@@ -81,11 +83,13 @@ def test_what_is_all_alike_is_stable_and_ties(objects: Objects) -> None:
     same = Objects.of(blocks(spread=0.0))
     for one in stability(same, VARIANTS[:2], resamples=2, refits=1):
         assert (one.top1, one.refitted_top1) == (1.0, 1.0) or one.ties > 0
-    some = (VARIANTS[0], VARIANTS[3], VARIANTS[-1])
+    some = (VARIANTS[0], VARIANTS[3], VARIANTS[-3])
     found = stability(objects, some, resamples=2, refits=1)
     assert all(0 <= one.top1 <= 1 and -1 <= one.tau <= 1 and 0 <= one.ties <= 1 for one in found)
     assert [one.agreement for one in found] == [None] * len(some)
     assert [one.refitted_tau for one in stability(objects, some, 1, refits=0)] == [None] * len(some)
+    once, many = (stability(objects, some[-1:], 5, refits=0, times=times)[0] for times in (1, 50))
+    assert many.tau > once.tau
     names = [f"class {at}" for at in range(5)]
     scenario = Scenario("q", names[0], tuple(names[1:]), "", frozenset(names[1:]))
     agreed = with_agreement(found, some, objects, [scenario], restarts=3)
