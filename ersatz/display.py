@@ -1,7 +1,7 @@
 """What the command line shows a person: tables and sentences, by Rich."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.markup import escape
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from ersatz.pipeline import Grounded
     from ersatz.reasoner.asking import Wishes
 
-BAR = 10
+BAR: Final = 10
 """Characters of a full bar."""
 
-MINOR = 0.05
+MINOR: Final = 0.05
 """Weights below, and below half of the greatest, are not shown."""
 
 SPACED: Final = {
