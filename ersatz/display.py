@@ -15,6 +15,8 @@ from ersatz.knowledge.names import local_name
 from ersatz.knowledge.queries import Query
 from ersatz.knowledge.terms import rough_text
 from ersatz.knowledge.vocabulary import ERSATZ, KB
+from ersatz.reasoner.explanation import VISIBLE
+from ersatz.reasoner.relevance import Spacing
 from ersatz.reasoner.representative import class_model, function_model
 from ersatz.reasoner.substitution import Ranking, Status
 
@@ -28,7 +30,7 @@ BAR = 10
 
 
 MINOR = 0.05
-"""Weights below are not shown."""
+"""Weights below, and below half of the greatest, are not shown."""
 
 
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
@@ -71,18 +73,22 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
         table.add_column(no_wrap=True)
     table.add_column(ratio=1, style="dim")
     title = "What it is for"
-    for name, weight in ranking.weights()["functions"].items():
-        if weight >= MINOR:
+    functions = ranking.weights()["functions"]
+    least = min(MINOR, max(functions.values(), default=0) / 2)
+    for name, weight in functions.items():
+        if weight >= least:
             table.add_row(title, name, bar(weight))
             title = ""
     title = "What counts"
     for one in ranking.property_weights:
         if one.weight >= MINOR:
-            behind = ", ".join(f"{name} {share:.2f}" for name, share in one.functions[:3])
+            strongest = [pair for pair in one.functions[:3] if pair[1] >= VISIBLE]
+            behind = ", ".join(f"{name} {share:.2f}" for name, share in strongest)
             table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
             title = ""
     console.print(table, highlight=False)
-    console.print(f"How alike: {ranking.settings.similarity}\n", highlight=False)
+    spaced = ", spaced by centroids" if ranking.settings.spacing is Spacing.CENTROID else ""
+    console.print(f"How alike: {ranking.settings.similarity}{spaced}\n", highlight=False)
 
 
 def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
@@ -96,12 +102,12 @@ def show_wishes(console: Console, wishes: "Wishes", most: int = 10) -> None:
     if not wishes.wishes:
         console.print("No measurement is expected to change the decision.")
         return
-    asked = Table("measure", "of", "known from", "variance less by", box=None, pad_edge=False)
+    asked = Table("measure", "of", "known from", "doubt less by", box=None, pad_edge=False)
     for wish in wishes.wishes[:most]:
         of = f"another {wish.thing}" if wish.kind in ("tool", "class") else wish.thing
         known = f"{wish.known:g}" if wish.kind in ("tool", "class") else ""
         asked.add_row(wish.property, escape(of), known, f"{wish.gain:.1%}")
-    console.print(f"Doubt: {wishes.doubt:.2f} bits.", highlight=False)
+    console.print(f"Doubt: {wishes.doubt:.2f} of at most {wishes.most:.2f}.", highlight=False)
     console.print(asked, highlight=False)
 
 

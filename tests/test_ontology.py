@@ -34,17 +34,18 @@ CONTRACT = {
     OWL.Class: """
         Object Property PhysicalProperty FunctionalProperty Axis Quality PhysicalQuality FunctionalQuality
         Coordinate Model ClassModel FunctionModel SubstitutionModel Statement Entry Measurement Candidate
-        Assignment KnowledgeBuild Source Origin NormElement""",
+        Assignment KnowledgeBuild Source Origin NormElement Relevance""",
     OWL.ObjectProperty: """
         holds hasMeasurement measuredProperty assignedQuality hasAssignment origin source usedSource hasAxis
         hasCoordinate onAxis qualityOf hasEntry quality forFunction representativeQuality missingTool
         relevantPhysicalQuality relevantFunctionalQuality hasCandidate candidate shared lacking extra
-        substitute nonSubstitute hasNormElement rowAxis columnAxis""",
+        substitute nonSubstitute hasNormElement rowAxis columnAxis hasRelevance relevantQuality""",
     OWL.DatatypeProperty: """
         rank position centroid lowerBound upperBound rawValue coordinate count total proportion degree
         similarity theta phi relevancePhi accepted instanceCount unit seed clusters formatVersion
         observationUnit method revision settings sha256 fileName credit softwareVersion fuzzifier element
-        acceptanceProbability bestProbability similarityLow similarityHigh credibleLevel draws priorCount""",
+        acceptanceProbability bestProbability similarityLow similarityHigh credibleLevel draws priorCount
+        relevanceWeight""",
     OWL.AnnotationProperty: "describesClass adjective orientation",
     OWL.NamedIndividual: "machine human synthetic",
 }

@@ -244,6 +244,28 @@ CASES: dict[str, list[Case]] = {
             """
         )
     ],
+    "posterior": [
+        Case(
+            """
+            kb:size    | kb:size_1    | 1 | 1.5 | 0.5 | 0.75
+            kb:size    | kb:size_2    | 2 | 0.5 | 1.5 | 0.25
+            kb:support | kb:support_1 | 1 | 1.5 | 1.5 | 0.5
+            kb:support | kb:support_2 | 2 | 1.5 | 1.5 | 0.5
+            kb:weight  | kb:weight_1  | 1 | 0.5 | 2.5 | 0.166667
+            kb:weight  | kb:weight_2  | 2 | 2.5 | 0.5 | 0.833333
+            """,
+            {"concept": "plate", "prior": 1},
+        ),
+        Case(
+            """
+            kb:size   | kb:size_1   | 1 | 1.25 | 1.25 | 0.5
+            kb:size   | kb:size_2   | 2 | 1.25 | 1.25 | 0.5
+            kb:weight | kb:weight_1 | 1 | 0.25 | 3.25 | 0.071429
+            kb:weight | kb:weight_2 | 2 | 3.25 | 0.25 | 0.928571
+            """,
+            {"concept": "support_2", "prior": "0.5"},
+        ),
+    ],
     "properties": [
         Case(
             """
@@ -337,7 +359,7 @@ CASES: dict[str, list[Case]] = {
     ],
     "substitution_confidence": [
         Case(
-            "kb:Plate | * | * | * | * | 0.9 | 50 | 0.5 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 0.5",
+            "kb:Plate | * | * | * | * | 0.9 | 50 | 0.5 | 0 \n kb:Sponge | * | * | * | * | 0.9 | 50 | 0.5 | 0",
             {"model": "MODEL"},
         )
     ],
@@ -345,7 +367,8 @@ CASES: dict[str, list[Case]] = {
     "substitution_models": [Case("MODEL | kb:Tray | REVISION | REVISION")],
     "substitution_relevance": [
         Case(
-            "functional | kb:support_2 \n physical | kb:size_2 \n physical | kb:weight_2", {"model": "MODEL"}
+            "functional | kb:support_2 | - \n physical | kb:size_2 | - \n physical | kb:weight_2 | -",
+            {"model": "MODEL"},
         )
     ],
 }

@@ -1,12 +1,16 @@
 """From a knowledge base to substitutes."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json, save
+from ersatz.errors import InputError
+
+if TYPE_CHECKING:
+    from ersatz.reasoner.relevance import ReasonerSettings
 
 
 @click.command()
@@ -34,31 +38,10 @@ def demo() -> None:
 @options.missing
 @options.available
 @options.instance
-@options.graded
-@click.option("--representative", default="0.35", help="Theta: typical from this degree on; not graded.")
-@click.option("--tolerance", help="Phi: stands in above this similarity; 0.35, ordinal 0.67.")
-@click.option("--relevance-tolerance", help="Phi of relevant functions; 0.35, graded 0.")
-@click.option(
-    "--combine",
-    default="union",
-    help="union or intersection over relevant functions; not graded.",
-)
-@click.option(
-    "--similarity",
-    help="jaccard (default), coverage, tversky; graded: ordinal (default), ruzicka too.",
-)
-@click.option(
-    "--spacing",
-    default="rank",
-    help="Of ordinal: qualities are as far apart as rank, centroid, or ratio of centroids.",
-)
-@click.option("--above-lowest/--no-above-lowest", help="Only functions above the lowest degree.")
-@click.option("--fallback/--no-fallback", help="With no relevant function, compare all that is typical.")
-@options.properties
-@click.option("--certainty", help="Typical only if the degree is as surely at least theta; such as 0.5.")
+@options.reasoning
 @click.option("--confidence", is_flag=True, help="Also tell how sure the answer is.")
-@click.option("--draws", default=200, help="Of --confidence: how often what is unsure is drawn.")
-@click.option("--seed", default=0, help="Of these draws.")
+@click.option("--draws", type=int, help="Of --confidence: how often what is unsure is drawn; 200.")
+@click.option("--seed", type=int, help="Of these draws; 0.")
 @click.option("--remember/--no-remember", help="Write the answer into the knowledge base.")
 @options.as_json
 def substitute(
@@ -66,13 +49,9 @@ def substitute(
     missing: str,
     available: tuple[str, ...],
     instance: tuple[str, ...],
-    above_lowest: bool,
-    fallback: bool,
-    graded: bool,
-    properties: str | None,
     confidence: bool,
-    draws: int,
-    seed: int,
+    draws: int | None,
+    seed: int | None,
     remember: bool,
     as_json: bool,
     **chosen: Any,
@@ -81,28 +60,22 @@ def substitute(
 
     Example: ersatz substitute household --missing tray --available plate --available sponge --graded
     """
+    for name, number in (("draws", draws), ("seed", seed)):
+        if number is not None and not confidence:
+            raise InputError(f"--{name} {number} needs --confidence: without it nothing is drawn")
     kb = open_kb(location, "ersatz.reasoner.substitution", "ersatz.display")
-    from ersatz.reasoner.relevance import ReasonerSettings
+    from ersatz.reasoner.confidence import DRAWS
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
-    # What is not given has a default that depends on the rest.
-    given = {name: value for name, value in chosen.items() if value is not None}
-    settings = ReasonerSettings(
-        above_lowest=above_lowest,
-        fallback=fallback,
-        graded=graded,
-        properties=_properties(properties),
-        **given,
-    )
     ranking = rank_substitutes(
         kb,
         missing,
         available or None,
         instances=instance,
-        settings=settings,
+        settings=_settings(**chosen),
         remember=remember,
-        draws=draws if confidence else None,
-        seed=seed,
+        draws=(DRAWS if draws is None else draws) if confidence else None,
+        seed=seed or 0,
     )
     if remember and (confidence or not ranking.reused) and ranking.status is Status.OK:
         save(kb, "the answer is not remembered")
@@ -125,9 +98,8 @@ def substitute(
     type=options.PATH,
     help="What is known so far of one unknown object: JSON or TOML, may be empty.",
 )
-@options.graded
 @click.option("--best", is_flag=True, help="Ask what tells which is the best.")
-@options.properties
+@options.reasoning
 @click.option("--draws", default=1000, help="How often what is unsure is drawn.")
 @click.option("--seed", default=0, help="Of these draws.")
 @options.as_json
@@ -137,12 +109,11 @@ def ask(
     available: tuple[str, ...],
     instance: tuple[str, ...],
     measured: Path | None,
-    graded: bool,
     best: bool,
-    properties: str | None,
     draws: int,
     seed: int,
     as_json: bool,
+    **chosen: Any,
 ) -> None:
     """Tell what to measure before deciding on a substitute: what reduces the doubt most comes first.
 
@@ -150,18 +121,19 @@ def ask(
     """
     kb = open_kb(location)
     from ersatz.cli.update import read_values
-    from ersatz.knowledge.updates import qualities_of
+    from ersatz.knowledge.updates import degrees_of, qualities_of
     from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.gain import Doubt
-    from ersatz.reasoner.relevance import ReasonerSettings
 
+    settings = _settings(**chosen)
+    told = degrees_of if settings.graded else qualities_of
     wishes = ask_for_more(
         kb,
         missing,
         available or None,
         instances=instance,
-        held=None if measured is None else qualities_of(kb, read_values(measured, some=False)),
-        settings=ReasonerSettings(properties=_properties(properties), graded=graded),
+        held=None if measured is None else told(kb, read_values(measured, some=False)),
+        settings=settings,
         about=Doubt.BEST if best else Doubt.ACCEPTED,
         draws=draws,
         seed=seed,
@@ -198,9 +170,12 @@ def ground(location: str, scan: Path, mass: float | None, concepts: Path | None,
         show_grounded(console(), grounded)
 
 
-def _properties(names: str | None) -> tuple[str, ...] | None:
-    from ersatz.reasoner.relevance import PAPER_PROPERTIES
+def _settings(properties: str | None, **chosen: Any) -> "ReasonerSettings":
+    """Return the reasoner's settings; what is not given has a default that depends on the rest."""
+    from ersatz.reasoner.relevance import PAPER_PROPERTIES, ReasonerSettings
 
-    if names is None:
-        return None
-    return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+    given = {name: value for name, value in chosen.items() if value is not None}
+    if properties is not None:
+        listed = tuple(name.strip() for name in properties.split(","))
+        given["properties"] = PAPER_PROPERTIES if properties == "paper" else listed
+    return ReasonerSettings(**given)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ersatz.errors import MissingDependencyError
 from ersatz.evaluation.agreement import HEADINGS
-from ersatz.evaluation.calibration import Calibration
+from ersatz.evaluation.calibration import Calibration, wilson
 from ersatz.evaluation.heat_maps import heat_maps
 from ersatz.evaluation.palette import BLUE, GREEN, GREY, ORANGE, STYLE
 from ersatz.evaluation.results import Results, Standing
@@ -100,7 +100,8 @@ def calibration(results: Results, figure: "Figure") -> bool:
     bins = np.minimum(np.digitize(scores, edges) - 1, 9)
     for one in sorted(set(bins.tolist())):
         inside = shares[bins == one]
-        mean, low, high = _wilson(float(inside.mean()), len(inside))
+        mean = float(inside.mean())
+        low, high = wilson(mean, len(inside))
         x = float(scores[bins == one].mean())
         axis.errorbar(x, mean, [[mean - low], [high - mean]], fmt="o", color=BLUE, capsize=3)
     axis.plot((0, 1), (0, 1), color=GREY, lw=1, ls="--")
@@ -113,22 +114,41 @@ def calibration(results: Results, figure: "Figure") -> bool:
 
 
 def reliability(calibrations: Mapping[str, Calibration], figure: "Figure") -> bool:
-    """Draw how often answers were confirmed by more objects, by how probable they were said to be."""
-    wide = min(3, len(calibrations))
+    """Draw how often answers were confirmed, by how probable they were said to be, and how many they were."""
+    if not calibrations:
+        return False
+    wide = min(4, len(calibrations))
     tall = -(-len(calibrations) // wide)
-    figure.set_size_inches(3.6 * wide, 3.9 * tall)
-    axes = np.asarray(figure.subplots(tall, wide, sharex=True, sharey=True, squeeze=False)).ravel()
-    for axis, (name, found) in zip(axes, calibrations.items(), strict=False):
-        for one in found.bins():
-            mean, low, high = _wilson(one.true, one.count)
-            axis.errorbar(one.said, mean, [[mean - low], [high - mean]], fmt="o", ms=4, color=BLUE, capsize=2)
-        axis.plot((0, 1), (0, 1), color=GREY, lw=1, ls="--")
-        axis.set_title(f"{name}\nBrier {found.brier:.3f}, of yes or no {found.brier_crisp:.3f}", fontsize=9)
-        axis.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), xlabel="P(accepted) from half of the objects")
-    for axis in axes[len(calibrations) :]:
-        axis.set_visible(False)
-    axes[0].set_ylabel("share accepted with all of them")
-    return bool(calibrations)
+    figure.set_size_inches(0.6 + 2 * wide, 3.3 * tall)
+    ratios = (3, 1) * tall
+    axes = figure.subplots(2 * tall, wide, sharex=True, sharey="row", squeeze=False, height_ratios=ratios)
+    pairs = [(above, below) for row in range(tall) for above, below in zip(*axes[2 * row :][:2], strict=True)]
+    for (axis, counts), (name, found) in zip(pairs, calibrations.items(), strict=False):
+        _reliability(axis, counts, found)
+        axis.set_title(f"{name}\n{found.error:.3f} off, {found.error_by_chance:.3f} by chance", fontsize=8)
+    for unused in pairs[len(calibrations) :]:
+        for axis in unused:
+            axis.set_visible(False)
+    for above, below in pairs[::wide]:
+        above.set_ylabel("share that is true (95 %)")
+        below.set_ylabel("answers")
+    figure.supxlabel("P(accepted) that was said", fontsize=9)
+    return True
+
+
+def _reliability(axis: "Axes", counts: "Axes", found: Calibration) -> None:
+    """Draw one calibration; bins whose interval does not reach what was said are orange and square."""
+    axis.plot((0, 1), (0, 1), color=GREY, lw=1, ls="--")
+    for one in found.bins():
+        colour, mark = (ORANGE, "s") if one.off else (BLUE, "o")
+        reach = [[one.true - one.low], [one.high - one.true]]
+        axis.errorbar(one.said, one.true, reach, fmt=mark, ms=4, color=colour, capsize=2, lw=1.2)
+        bar = counts.bar(one.said, one.count, 0.075, color=colour, alpha=0.6)
+        counts.bar_label(bar, rotation=90, fontsize=6, padding=2)
+    axis.set(xlim=(-0.04, 1.04), ylim=(-0.02, 1.02), xticks=(0, 0.5, 1), yticks=(0, 0.5, 1))
+    axis.tick_params(labelbottom=True)
+    counts.set(yscale="log", ylim=(1, found.said.size**1.8), yticks=[])
+    counts.minorticks_off()
 
 
 def stability(results: Results, figure: "Figure") -> bool:
@@ -207,10 +227,3 @@ def _over_objects(results: Results, axis: "Axes") -> None:
     axis.set_xticks(range(len(SHOWN)), [HEADINGS[m].replace(" ", "\n", 1) for m in SHOWN])
     axis.set_xlim(-0.5, len(SHOWN) - 0.5)
     axis.legend(frameon=False, fontsize=8)
-
-
-def _wilson(share: float, n: int, z: float = 1.96) -> tuple[float, float, float]:
-    """Return a share with its Wilson interval (Wilson 1927)."""
-    middle = (share + z * z / 2 / n) / (1 + z * z / n)
-    half = z / (1 + z * z / n) * (share * (1 - share) / n + z * z / 4 / n / n) ** 0.5
-    return share, min(share, max(0.0, middle - half)), max(share, min(1.0, middle + half))

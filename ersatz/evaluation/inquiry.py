@@ -7,15 +7,16 @@ are still to come. The order is that of `outlook`, or random: each of the measur
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 
-from ersatz.reasoner.gain import Doubt, Outlook, outlook
+from ersatz.reasoner.gain import DRAWS, Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
-
-DRAWS: Final = 100
 
 SURE: Final = 0.9
 """Enough to stop."""
@@ -129,14 +130,28 @@ class Inquiry:
         }
 
 
-def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0) -> Inquiry:
-    """Make all measurements of every case, in the order asked for and in random order."""
-    chance = np.random.default_rng(seed)
-    asked, random = [], []
-    for case in cases:
-        asked.append(_effort(case, None))
-        random.append(tuple(_effort(case, chance) for _ in range(repetitions)))
-    return Inquiry(tuple(asked), tuple(random))
+def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0, workers: int = 1) -> Inquiry:
+    """Make all measurements of every case, in the order asked for and so many times in random order.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+    repetitions, seed : int
+    workers : int
+        Processes to share the cases; the numbers are the same with any.
+    """
+    chances = np.random.default_rng(seed).spawn(len(cases))
+    efforts = partial(_efforts, repetitions=repetitions)
+    if workers == 1:
+        found = list(map(efforts, cases, chances))
+    else:
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+            found = list(pool.map(efforts, cases, chances))
+    return Inquiry(tuple(asked for asked, _ in found), tuple(random for _, random in found))
+
+
+def _efforts(case: Case, chance: np.random.Generator, repetitions: int) -> tuple[Effort, tuple[Effort, ...]]:
+    return _effort(case, None), tuple(_effort(case, chance) for _ in range(repetitions))
 
 
 def decided(case: Case, found: Outlook) -> tuple[int, float]:

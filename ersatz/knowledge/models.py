@@ -90,11 +90,14 @@ class Drawing:
         Credible level of the intervals.
     prior : Decimal
         What the prior weighs, in observed units.
+    seed : int, optional
+        Of the draws: with it, they can be made again.
     """
 
     draws: int
     level: Decimal
     prior: Decimal
+    seed: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +147,8 @@ class SubstitutionModel:
     candidates : tuple of Candidate, ascending by IRI
     drawing : Drawing, optional
         Where the candidates have chances.
+    weights : tuple of (quality name, weight in (0, 1]), ascending by name
+        How relevant each relevant quality is; of graded reasoning only.
     """
 
     iri: str
@@ -157,6 +162,7 @@ class SubstitutionModel:
     relevant_functional: tuple[str, ...]
     candidates: tuple[Candidate, ...]
     drawing: Drawing | None = None
+    weights: tuple[tuple[str, Decimal], ...] = ()
 
     @property
     def substitutes(self) -> tuple[str, ...]:

@@ -35,6 +35,7 @@ _SECTIONS: Final = {
     str(v.FUNCTION_MODEL): (6, "Function models"),
     str(v.SUBSTITUTION_MODEL): (8, "Substitution models"),
     str(v.CANDIDATE_CLASS): (8, "Substitution models"),
+    str(v.RELEVANCE): (8, "Substitution models"),
 }
 _INSTANCES: Final = (7, "Instances and what was measured of them")
 _TYPE: Final = str(v.TYPE)

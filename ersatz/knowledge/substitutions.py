@@ -1,6 +1,6 @@
 """Remembered answers: substitution models to triples and back."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from hashlib import sha256
@@ -42,12 +42,21 @@ def substitution_lines(model: SubstitutionModel) -> Iterator[str]:
         yield f"{subject} {v.DRAWS} {integer(model.drawing.draws)} .\n"
         yield f"{subject} {v.CREDIBLE_LEVEL} {decimal(model.drawing.level)} .\n"
         yield f"{subject} {v.PRIOR_COUNT} {decimal(model.drawing.prior)} .\n"
+        if model.drawing.seed is not None:
+            yield f"{subject} {v.SEED} {integer(model.drawing.seed)} .\n"
     for predicate, names in (
         (v.RELEVANT_PHYSICAL_QUALITY, model.relevant_physical),
         (v.RELEVANT_FUNCTIONAL_QUALITY, model.relevant_functional),
     ):
         for name in names:
             yield f"{subject} {predicate} {iri(snake_iri(name))} .\n"
+    for name, weight in model.weights:
+        quality = snake_iri(name)
+        node = iri(f"{model.iri}-{local_name(quality)}")
+        yield f"{subject} {v.HAS_RELEVANCE} {node} .\n"
+        yield from individual(node, v.RELEVANCE, f"{name} for {tool}: {weight}")
+        yield f"{node} {v.RELEVANT_QUALITY} {iri(quality)} .\n"
+        yield f"{node} {v.RELEVANCE_WEIGHT} {decimal(weight)} .\n"
     for candidate in model.candidates:
         yield from _candidate_lines(subject, model.iri, tool, candidate)
 
@@ -87,7 +96,13 @@ def load_substitution(kb: "KnowledgeBase", model_iri: str) -> SubstitutionModel:
             for key in sorted(decisions)
         ),
         drawing,
+        _weights(relevance),
     )
+
+
+def _weights(relevance: Iterable[Mapping[str, object]]) -> tuple[tuple[str, Decimal], ...]:
+    weighed = ((local_name(str(one["quality"])), one["weight"]) for one in relevance)
+    return tuple(sorted((name, _decimal(weight)) for name, weight in weighed if weight is not None))
 
 
 def _candidate(
@@ -108,8 +123,12 @@ def _chances(kb: "KnowledgeBase", model_iri: str) -> tuple[dict[str, Chances], D
         str(row["candidate"]): Chances(*(_decimal(row[name]) for name in ("accepted", "best", "low", "high")))
         for row in rows
     }
-    drawn = (Drawing(int(str(row["draws"])), _decimal(row["level"]), _decimal(row["prior"])) for row in rows)
-    return chances, next(drawn, None)
+    return chances, _drawing(rows[0]) if rows else None
+
+
+def _drawing(row: Mapping[str, object]) -> Drawing:
+    seed = None if row["seed"] is None else int(str(row["seed"]))
+    return Drawing(int(str(row["draws"])), _decimal(row["level"]), _decimal(row["prior"]), seed)
 
 
 def remember(kb: "KnowledgeBase", model: SubstitutionModel) -> None:
@@ -139,7 +158,7 @@ def all_substitution_lines(kb: "KnowledgeBase") -> Iterator[str]:
     model = f"?model a {v.SUBSTITUTION_MODEL}"
     results: Any = kb.construct(
         f"CONSTRUCT {{ ?s ?p ?o }} WHERE {{ {{ {model} ; ?p ?o . BIND (?model AS ?s) }} "
-        f"UNION {{ {model} ; {v.HAS_CANDIDATE} ?s . ?s ?p ?o }} }}"
+        f"UNION {{ {model} ; {v.HAS_CANDIDATE}|{v.HAS_RELEVANCE} ?s . ?s ?p ?o }} }}"
     )
     return lines_of(results)
 

@@ -5,6 +5,7 @@ difference between the lines of the old and the new knowledge is told in one tra
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.grounding.attribution import Attribution, attribute
-from ersatz.grounding.conceptualization import Counts, conceptualize
+from ersatz.grounding.conceptualization import DEGREE, Counts, conceptualize
 from ersatz.grounding.subcategorization import Qualities
 from ersatz.grounding.units import ObservationUnit, Units, find_units
 from ersatz.knowledge import vocabulary as v
@@ -64,15 +65,30 @@ def qualities_of(kb: "KnowledgeBase", values: Mapping[str, float | Sequence[floa
     InputError
         If a property is not known, or a value does not fit it.
     """
+    return [quality.names[int(quality.assign(row)[0])] for quality, row in _rows(kb, values)]
+
+
+def degrees_of(kb: "KnowledgeBase", values: Mapping[str, float | Sequence[float]]) -> dict[str, Decimal]:
+    """Return how far values stand for qualities, by their names; of crisp ones 1 each. As `qualities_of`."""
+    return {
+        name: Decimal(int(degree)) / DEGREE
+        for quality, row in _rows(kb, values)
+        for name, degree in zip(quality.names, quality.degrees(row)[0], strict=True)
+        if degree
+    }
+
+
+def _rows(
+    kb: "KnowledgeBase", values: Mapping[str, float | Sequence[float]]
+) -> Iterator[tuple[Qualities, NDArray[np.float64]]]:
+    """Yield the qualities of each property with its value as a (1, d) array."""
     known = {quality.property.name: quality for quality in kb.view(read_qualities)}
-    found = []
     for name, value in values.items():
         quality, row = _known(name, known), _vector(name, value)
         width = quality.centroids.shape[1]
         if row.shape[1] != width or not np.isfinite(row).all():
             raise InputError(f"{name} is {value!r}: give {width} finite number{'s' if width > 1 else ''}")
-        found.append(quality.names[int(quality.assign(np.round(row, DIGITS))[0])])
-    return found
+        yield quality, np.round(row, DIGITS)
 
 
 def observe_blocks(kb: "KnowledgeBase", object_class: str, instance: str, blocks: Sequence[Block]) -> None:

@@ -12,7 +12,7 @@ from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.confidence import SURE
 from ersatz.reasoner.gain import DRAWS, Doubt, Measurement, Outlook, outlook
 from ersatz.reasoner.population import load_population
-from ersatz.reasoner.recognition import held_bits
+from ersatz.reasoner.recognition import Held, held_degrees
 from ersatz.reasoner.relevance import USUAL, ReasonerSettings
 from ersatz.reasoner.representative import Knowledge, class_row, load_knowledge
 from ersatz.reasoner.sampling import Question
@@ -52,7 +52,7 @@ class Wish:
         Of a tool or a class another object is to be measured.
     property : str
     gain : float in (0, 1]
-        Share of the variance behind the doubt that it is expected to take away.
+        Share of the doubt that it is expected to take away.
     known : int or float
         From how many objects of the class the property is known already; 0 of a single object.
     """
@@ -72,8 +72,8 @@ class Wishes:
     ----------
     missing, iri : str
     about : Doubt
-    doubt : float >= 0, bits
-        As things stand.
+    doubt : float >= 0
+        As things stand: P (1 - P), summed over the candidates.
     settled : bool
         Whether every candidate is accepted or refused with a probability of `SURE` or more.
     candidates : tuple of Candidacy
@@ -88,10 +88,16 @@ class Wishes:
     candidates: tuple[Candidacy, ...]
     wishes: tuple[Wish, ...]
 
+    @property
+    def most(self) -> float:
+        """The most that can be in doubt: one half and one half for each candidate, or all alike."""
+        n = len(self.candidates)
+        return n / 4 if self.about is Doubt.ACCEPTED else 1 - 1 / n
+
     def to_json(self) -> dict[str, Any]:
         """Return it in JSON's types; the layout is stable."""
         return {
-            "version": 2,
+            "version": 3,
             "missing": self.missing,
             "iri": self.iri,
             "about": str(self.about),
@@ -125,7 +131,7 @@ def ask_for_more(
     available: Sequence[str] | None = None,
     *,
     instances: Sequence[str] = (),
-    held: Sequence[str] | None = None,
+    held: Held | None = None,
     settings: ReasonerSettings | None = None,
     about: Doubt = Doubt.ACCEPTED,
     draws: int = DRAWS,
@@ -138,9 +144,10 @@ def ask_for_more(
     kb : KnowledgeBase
     missing, available, instances, settings
         As for `rank_substitutes`.
-    held : sequence of str, optional
+    held : sequence of str, or mapping of str to a degree in [0, 1], optional
         Instead of what is available, one object nobody named: the qualities it is known to hold so far,
-        perhaps none. Asked are its relevant properties that are not known, and no others.
+        perhaps none; not graded, those of any degree. Asked are its relevant properties that are not
+        known, and no others.
     about : Doubt
     draws, seed : int
 
@@ -161,13 +168,13 @@ def ask_for_more(
     if available or instances:
         raise InputError("name things that are available, or what is known of one object, not both")
     tool = class_row(kb, known, missing)
-    bits = held_bits(known, held)[None].astype(np.float64)
+    degrees, settings = held_degrees(known, held)[None], settings or USUAL
     question = Question(
         known,
-        settings or USUAL,
+        settings,
         tool,
         np.array([-1]),
-        bits,
+        degrees if settings.graded else (degrees > 0).astype(np.float64),
         population=kb.view(load_population),
     )
     found = outlook(question, draws, seed, about)

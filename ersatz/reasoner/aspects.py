@@ -15,15 +15,15 @@ from ersatz.reasoner.relevance import Demand
 from ersatz.reasoner.representative import Knowledge
 
 LEVELS: Final = (
-    (Fraction(9, 10), "like TOOL in"),
-    (Fraction(2, 3), "nearly in"),
-    (Fraction(1, 3), "half in"),
-    (Fraction(0), "not in"),
+    (Fraction(9, 10), ""),
+    (Fraction(2, 3), "nearly"),
+    (Fraction(1, 3), "half"),
+    (Fraction(0), "not"),
 )
-"""What is said of a likeness from each level on."""
+"""What is said of a likeness from each level on: nothing less than like it."""
 
 MAJOR: Final = Fraction(1, 25)
-"""Properties that count for less are not put into words."""
+"""Properties that count for less, and for less than half of the weightiest, are not put into words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,16 +106,21 @@ def in_words(found: Sequence[Aspect], tool: str) -> str:
     """Return how like the tool a candidate is, property by property, the weightiest first."""
     groups: dict[str, list[str]] = {word: [] for _, word in LEVELS}
     unknown = []
-    for one in found:
+    least = min(MAJOR, max((one.weight for one in found), default=MAJOR) / 2)
+    for one in (one for one in found if one.weight >= least):
         name = one.property.replace("_", " ")
-        if one.weight >= MAJOR and not one.observed:
-            unknown.append(name)
-        elif one.weight >= MAJOR:
+        if one.observed:
             word = next(word for level, word in LEVELS if one.likeness >= level)
             groups[word].append(f"{name} ({float(one.likeness):.2f})")
-    parts = [f"{word} {join(names)}" for word, names in groups.items() if names]
+        else:
+            unknown.append(name)
+    told = [(word, names) for word, names in groups.items() if names]
+    parts = [f"{word} in {join(names)}" for word, names in told]
+    if told:  # what all of it is compared with is said once
+        word, names = told[0]
+        parts[0] = f"{word} like {article(tool)} in {join(names)}".lstrip()
     parts += [f"{join(unknown)} unknown"] if unknown else []
-    return "; ".join(parts).replace("TOOL", article(tool))
+    return "; ".join(parts)
 
 
 def property_weights(known: Knowledge, wanted: Demand) -> tuple[PropertyWeight, ...]:

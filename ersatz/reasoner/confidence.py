@@ -20,6 +20,12 @@ MASS: Final = 0.9
 
 _PLACES: Final = Decimal("0.000001")
 
+MOST_DRAWS: Final = 1_000_000
+"""A probability is then known to within 0.0005: more tell nothing that degrees of a few objects can bear."""
+
+MOST_NUMBERS: Final = 100_000_000
+"""Draws times candidates, whose similarities are kept for the intervals: 2 GB for a moment."""
+
 SURE: Final = 0.95
 PROBABLE: Final = 0.75
 """What is called sure and probable, from this probability on."""
@@ -110,7 +116,7 @@ class Confidences:
 
     def drawing(self) -> Drawing:
         """Return how the figures were made, as it is written down."""
-        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(self.prior)))
+        return Drawing(self.draws, Decimal(repr(MASS)), Decimal(repr(self.prior)), self.seed)
 
 
 def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confidences:
@@ -127,9 +133,14 @@ def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confid
     Raises
     ------
     InputError
-        If draws is less than 1 or the seed is negative.
+        If draws is less than 1 or too many, or the seed is negative.
     """
     check_draws(draws, seed)
+    if draws * len(question.rows) > MOST_NUMBERS:
+        raise InputError(
+            f"draws is {draws}: of {len(question.rows)} candidates, give at most "
+            f"{MOST_NUMBERS // len(question.rows)}"
+        )
     similarity = np.empty((draws, len(question.rows)), dtype=np.float32)
     accepted, best, at = np.zeros(len(question.rows)), np.zeros(len(question.rows)), 0
     for sample in samples(question, draws, seed):
@@ -146,7 +157,7 @@ def confidences(question: Question, draws: int = DRAWS, seed: int = 0) -> Confid
 
 def check_draws(draws: int, seed: int) -> None:
     """Refuse numbers that make no sense."""
-    if draws < 1:
-        raise InputError(f"draws is {draws}: give 1 or more")
+    if not 1 <= draws <= MOST_DRAWS:
+        raise InputError(f"draws is {draws}: give 1 to {MOST_DRAWS}")
     if seed < 0:
         raise InputError(f"seed is {seed}: give 0 or more")

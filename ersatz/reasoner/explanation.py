@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from ersatz.knowledge.terms import plain, rough_text
 from ersatz.reasoner.counterfactual import Comparison, Counterfactual
 from ersatz.reasoner.graded import ONE
 from ersatz.reasoner.representative import Knowledge
+
+VISIBLE: Final = 0.005
+"""Smaller shares would be printed as 0.00: they are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +91,8 @@ def origin(comparison: Comparison) -> str:
     if comparison.graded is not None:
         weights = comparison.graded.wanted.weights.functions / ONE
         strongest = sorted(comparison.relevance.functions, key=lambda at: -weights[at])
-        named = [f"{comparison.knowledge.functions.names[at]} ({weights[at]:.2f})" for at in strongest[:4]]
+        told = [at for at in strongest[:4] if weights[at] >= VISIBLE] or strongest[:1]
+        named = [f"{comparison.knowledge.functions.names[at]} ({weights[at]:.2f})" for at in told]
         return f"What counts follows most from {join(named)}." if named else ""
     functions = [comparison.knowledge.functions.names[at] for at in comparison.relevance.functions]
     return f"What counts follows from {join(functions)}." if functions else ""

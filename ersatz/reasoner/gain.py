@@ -1,10 +1,10 @@
 """Gain: how much a measurement is expected to tell about a decision.
 
-A decision hangs on margins: of the leading candidate over each rival, or of a candidate over the tolerance.
-The gain of a measurement is the share of a margin's variance that its outcome is expected to take away
-(the first step of the knowledge gradient: Var E[margin | outcome] / Var margin), averaged over the margins
-by how probable it is that their sign is wrong. Unlike the expected loss of entropy it does not vanish where
-no single outcome can turn the decision.
+A decision is 0 or 1 for each candidate: whether it stands in, or whether it is the most similar. Its doubt
+is its variance, P (1 - P), the error to be expected of saying P (Brier 1950), summed over the candidates.
+The gain of a measurement is the share of the doubt that its outcome is expected to take away,
+Var E[decision | outcome] / Var decision. Unlike the expected number of wrong decisions it does not vanish
+where no single outcome can turn the decision.
 """
 
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ersatz.errors import InputError
 from ersatz.reasoner.confidence import check_draws
-from ersatz.reasoner.margins import TINY, Sums, sums
 from ersatz.reasoner.relevance import in_use
 from ersatz.reasoner.sampling import Question, outcomes, samples
+from ersatz.reasoner.tally import Tally, tally
 
 DRAWS: Final = 1000
 """More than an answer needs: gains are small."""
@@ -29,11 +29,14 @@ MOST_PAIRS: Final = 100_000_000
 CLEAR: Final = 3.0
 """So many times what finitely many draws show of unrelated things must a gain be to be told from none."""
 
+TINY: Final = 1e-12
+"""Less is none."""
+
 
 class Doubt(StrEnum):
     """What is in doubt.
 
-    - accepted: of each candidate whether it stands in; their entropies are added up.
+    - accepted: of each candidate whether it stands in.
     - best: which candidate is the most similar.
     """
 
@@ -52,9 +55,9 @@ class Measurement:
         the missing tool's class.
     property : str
     gain : float in [0, 1]
-        Share of the margins' variance that it is expected to take away.
+        Share of the doubt that it is expected to take away.
     clear : bool
-        Whether something is in doubt, and the gain can be told from none.
+        Whether the gain can be told from none.
     """
 
     candidate: int | None
@@ -69,8 +72,8 @@ class Outlook:
 
     Attributes
     ----------
-    doubt : float >= 0, bits
-        As things stand.
+    doubt : float >= 0
+        As things stand: P (1 - P), summed over the candidates.
     accepted : tuple of n float
         Probability that each candidate stands in, as things stand.
     best : tuple of n float
@@ -106,39 +109,31 @@ def outlook(question: Question, draws: int = DRAWS, seed: int = 0, about: Doubt 
     n, q = question.held.shape
     if about is Doubt.BEST and n * n * q > MOST_PAIRS:
         raise InputError(f"{n} candidates are too many to ask which is best: name those that are at hand")
-    told, best = Sums.nothing(), np.zeros(n)
-    accepted = np.zeros(n)
+    told, accepted, best = Tally.nothing(), np.zeros(n), np.zeros(n)
+    rivals = about is Doubt.BEST
     for sample in samples(question, draws, seed):
         accepted += sample.accepted.sum(axis=0)
         best += sample.best.sum(axis=0)
-        told += sums(outcomes(question, sample), sample.similarity, rivals=about is Doubt.BEST)
-    accepted, best = accepted / draws, best / draws
-    doubt = float(_entropy(best if about is Doubt.BEST else np.stack([accepted, 1 - accepted])).sum())
-    taken = (
-        told.leads(draws) if about is Doubt.BEST else told.passes(draws, float(question.settings.tolerance))
+        decided = sample.best if rivals else sample.accepted.astype(np.float64)
+        told += tally(outcomes(question, sample), decided, rivals=rivals)
+    doubt = float(told.variance(draws).sum())
+    return Outlook(
+        doubt,
+        tuple((accepted / draws).tolist()),
+        tuple((best / draws).tolist()),
+        _measurements(question, told.taken(draws), doubt),
     )
-    measurements = _measurements(question, taken, doubtful=doubt > 0)
-    return Outlook(doubt, tuple(accepted.tolist()), tuple(best.tolist()), measurements)
 
 
-def _entropy(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return -p log2 p, 0 at 0."""
-    held = np.clip(share, 0, 1)
-    found: NDArray[np.float64] = -held * np.log2(np.where(held > 0, held, 1))
-    return found
-
-
-def _measurements(
-    question: Question, taken: NDArray[np.float64], *, doubtful: bool
-) -> tuple[Measurement, ...]:
+def _measurements(question: Question, taken: NDArray[np.float64], doubt: float) -> tuple[Measurement, ...]:
     """Return the measurements, the most telling first; row 0 is the tool.
 
     Parameters
     ----------
     question : Question
     taken : (2, 1 + n, q) array
-        Gains, and what chance shows of them, by outcome.
-    doubtful : bool
+        Variance taken away, and what chance shows of it, by outcome.
+    doubt : float
     """
     known = question.knowledge
     physical, functional = in_use(known, question.settings)
@@ -150,7 +145,7 @@ def _measurements(
         used = physical | functional if row == 0 else physical
         for name, at in columns.items():
             if used[at].any():
-                gain, chance = taken[:, row, at].sum(axis=-1).tolist()
-                clear = doubtful and gain > max(CLEAR * chance, TINY)
+                gain, chance = (taken[:, row, at].sum(axis=-1) / max(doubt, TINY)).tolist()
+                clear = doubt > TINY and gain > max(CLEAR * chance, TINY)
                 found.append(Measurement(row - 1 if row else None, name, max(gain, 0.0), clear))
     return tuple(sorted(found, key=lambda one: -one.gain))

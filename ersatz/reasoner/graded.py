@@ -204,18 +204,20 @@ def ordinal(
     layout : Layout
     """
     steps = np.maximum(layout.lengths - 1, 1).tolist()
-    gaps = np.repeat(lcm(*steps) // np.array(steps), layout.lengths) if layout.gaps is None else layout.gaps
     scale, wide = lcm(*steps) if layout.gaps is None else SPAN, _wide(importance)
     one = 1.0 if wide.dtype.kind == "f" else ONE
-    if int(wide.max(initial=0)) * len(steps) * scale * ONE >= 2**62:  # many different numbers of qualities
-        wide = wide.astype(object)
+    if wide.dtype.kind != "f" and int(wide.max(initial=0)) * len(steps) * scale * ONE >= 2**62:
+        wide = wide.astype(object)  # many different numbers of qualities
+    kind = np.result_type(wide.dtype, _wide(candidates).dtype)
     apart = total = np.zeros((*np.broadcast_shapes(tool.shape[:-1], wide.shape[:-1]), 1), wide.dtype)
     for p in np.flatnonzero(wide.reshape(-1, wide.shape[-1]).any(axis=0)).tolist():
         start = int(layout.starts[p])
         end = start + int(layout.lengths[p]) - 1
+        even = [scale // steps[p]] * (end - start)
+        gaps = even if layout.gaps is None else layout.gaps[start:end].tolist()
         weight = wide[..., p, None]
         mine, theirs = tool[..., end, None] > 0, candidates[..., end] > 0
-        far = _shift(tool[..., start:end], candidates[..., start:end], gaps[start:end].tolist())
+        far = _shift(tool[..., start:end], candidates[..., start:end], gaps, kind)
         if mine.all() and theirs.all():
             apart = apart + weight * far
         else:
@@ -227,8 +229,11 @@ def ordinal(
     return np.where(total > 0, np.maximum(total - apart, 0), 0), np.where(total > 0, total, 1)
 
 
-def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int]) -> Degrees:
-    """Return (..., c): the differences of cumulative shares, (..., k) and (..., c, k), times the k gaps."""
+def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int], kind: np.dtype[Any]) -> Degrees:
+    """Return (..., c): the differences of cumulative shares, (..., k) and (..., c, k), times the k gaps.
+
+    They are of a kind with room for them.
+    """
     shape = np.broadcast_shapes((*tool.shape[:-1], 1), candidates.shape[:-1])
     even = len(set(gaps)) == 1  # then they are multiplied once: the usual case, and the quickest
     # Gaps that differ add up to SPAN at most, and 32 bits hold SPAN * ONE.
@@ -239,7 +244,8 @@ def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int]) -> Degrees:
         if not even:
             apart *= gap
         far += apart
-    return gaps[0] * _wide(far) if even else _wide(far)
+    far = far.astype(kind, copy=False)
+    return gaps[0] * far if even else far
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:

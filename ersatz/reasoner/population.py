@@ -21,7 +21,11 @@ from ersatz.reasoner.posterior import property_numbers, property_sums
 from ersatz.reasoner.representative import Knowledge, load_knowledge
 
 PRIOR: Final = 0.5
-"""Weight of the prior in objects. With 0.5, held-out answers are calibrated best on both data sets."""
+"""Weight of the prior in objects.
+
+Objects left out are predicted best with 0.5 to 1.5. With 1 instead of 0.5 the Brier score of graded answers
+is worse on both data sets, that of crisp ones the same.
+"""
 
 MOST_CELLS: Final = 100_000
 """Classes times objects: of more, properties are drawn one by one from their counts."""

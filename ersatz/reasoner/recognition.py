@@ -183,12 +183,13 @@ def _bits(known: Knowledge, degrees: Mapping[str, Decimal]) -> NDArray[np.bool_]
     return np.array([degrees.get(quality.iri, 0) > 0 for quality in known.qualities], dtype=bool)
 
 
-def held_bits(known: Knowledge, held: Sequence[str]) -> NDArray[np.bool_]:
-    """Return the named qualities as (q,) bits.
+def held_degrees(known: Knowledge, held: Held) -> NDArray[np.float64]:
+    """Return (q,): how far one object holds each quality; nothing is no error.
 
     Raises
     ------
     UnknownNameError
         If a quality is not known.
     """
-    return _bits(known, _degrees(known, dict.fromkeys(held, 1)))
+    degrees = _degrees(known, held if isinstance(held, Mapping) else dict.fromkeys(held, 1))
+    return np.array([float(degrees.get(quality.iri, 0)) for quality in known.qualities])

@@ -272,12 +272,6 @@ class Index:
 
 def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
     """Decide and pack what is representative of every class and function."""
-    known = {quality.property for quality in knowledge.qualities}
-    for name in settings.properties or ():
-        if name not in known:
-            raise InputError(
-                f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
-            )
     physical, functional = in_use(knowledge, settings)
     bits = typical(knowledge.classes, knowledge, settings)
     function_bits = typical(knowledge.functions, knowledge, settings) & physical
@@ -293,7 +287,20 @@ def build_index(knowledge: Knowledge, settings: ReasonerSettings) -> Index:
 
 
 def in_use(knowledge: Knowledge, settings: ReasonerSettings) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the physical and the functional qualities to reason with, (q,) each."""
+    """Return the physical and the functional qualities to reason with, (q,) each.
+
+    Raises
+    ------
+    InputError
+        If a property to reason with is not known.
+    """
+    if settings.properties is not None:
+        known = {quality.property for quality in knowledge.qualities}
+        for name in settings.properties:
+            if name not in known:
+                raise InputError(
+                    f"property {name!r} is not in this knowledge base; it has {', '.join(sorted(known))}"
+                )
     physical = knowledge.mask(Kind.PHYSICAL, settings.properties)
     functional = knowledge.mask(Kind.FUNCTIONAL, settings.properties)
     if settings.above_lowest:

@@ -316,7 +316,19 @@ class Ranking(Sequence[Substitute]):
             tuple(sorted(self.relevant_functional)),
             tuple(sorted(found, key=lambda candidate: candidate.iri)),
             self.sure.drawing() if self.sure else None,
+            self._relevance_weights(),
         )
+
+    def _relevance_weights(self) -> tuple[tuple[str, Decimal], ...]:
+        """Return the weights of relevant functions and qualities by name, as they are written down."""
+        if self.relevance.demand is None:
+            return ()
+        found = self.relevance.demand.weights
+        named = (
+            *zip(self.knowledge.functions.names, found.functions.tolist(), strict=True),
+            *zip((one.name for one in self.knowledge.qualities), found.qualities.tolist(), strict=True),
+        )
+        return tuple(sorted((name, Decimal(proportion_text(one, ONE))) for name, one in named if one))
 
     def to_json(self) -> dict[str, Any]:
         """Return the answer in JSON's types; the layout is stable."""

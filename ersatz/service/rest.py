@@ -1,6 +1,6 @@
 """Substitution over HTTP: `/substitutes?missing=tray&available=plate`, described by OpenAPI."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Header, HTTPException, Query
@@ -18,12 +18,9 @@ from ersatz.service.inspection import RefusedError
 from ersatz.service.service import Service
 
 Name = Annotated[str, Field(min_length=1, max_length=300)]
-Number = Annotated[
-    str | None,
-    Query(
-        max_length=40, description="A number such as 0.35 or 1/3, kept exactly; without it, what is usual."
-    ),
-]
+_NUMBER: Final = "A number such as 0.35 or 1/3, kept exactly; without it, what is usual."
+Number = Annotated[str | None, Query(max_length=40, description=_NUMBER)]
+Written = Annotated[str | None, Field(max_length=40, description=_NUMBER)]
 
 MOST_UNSURE: Final = 200
 """Candidates whose confidence is told: it takes many answers."""
@@ -40,9 +37,10 @@ class Evidence(BaseModel):
 
     quality: str
     property: str
-    tool_observed: list[float]
-    observed: list[float]
+    tool_observed: list[int | float]
+    observed: list[int | float]
     functions: list[str]
+    weight: float | None = None
 
 
 class Candidate(BaseModel):
@@ -96,6 +94,22 @@ class Question(BaseModel):
     missing: Name
     available: Annotated[list[Name], Field(max_length=1000)] = []
     instances: Annotated[list[Name], Field(max_length=1000)] = []
+    representative: Written = None
+    tolerance: Written = None
+    relevance_tolerance: Written = None
+    combine: Combine = Combine.UNION
+    similarity: Similarity | None = None
+    graded: bool = False
+    confidence: bool = False
+    spacing: Spacing = Spacing.RANK
+    certainty: Written = None
+    above_lowest: bool = False
+    fallback: bool = False
+    properties: Annotated[str | None, Field(max_length=2000)] = None
+
+    def settings(self) -> ReasonerSettings:
+        """Return the reasoner's settings."""
+        return chosen_settings(self.model_dump(exclude={"missing", "available", "instances", "confidence"}))
 
 
 _PROBLEMS: dict[int | str, dict[str, Any]] = {
@@ -156,36 +170,42 @@ def rest_routes(service: Service) -> APIRouter:
             "representative": representative,
             "tolerance": tolerance,
             "relevance_tolerance": relevance_tolerance,
+            "combine": combine,
             "similarity": similarity,
+            "graded": graded,
+            "spacing": spacing,
             "certainty": certainty,
-            "properties": chosen_properties(properties),
+            "above_lowest": above_lowest,
+            "fallback": fallback,
+            "properties": properties,
         }
 
         def ask() -> dict[str, Any]:
-            given = {name: value for name, value in chosen.items() if value is not None}
-            settings = ReasonerSettings(
-                combine=combine,
-                spacing=spacing,
-                above_lowest=above_lowest,
-                fallback=fallback,
-                graded=graded,
-                **given,
-            )
-            things = available, instance or ()
+            things, settings = (available, instance or ()), chosen_settings(chosen)
             return rank(service.kb, missing, *things, settings, top=top, confidence=confidence).to_json()
 
         return Substitutes(**await _answered(service, ask))
 
     @router.post(
-        "/substitutes", responses=_PROBLEMS | _DENIED, summary="The same, written into the knowledge base"
+        "/substitutes",
+        responses=_PROBLEMS | _DENIED,
+        response_model_exclude_unset=True,
+        summary="The same, written into the knowledge base",
     )
     async def remember(
         question: Question, authorization: Annotated[str, Header(max_length=1000)] = ""
     ) -> Substitutes:
         try:
             service.authorize(authorization)
+            things = question.missing, question.available, question.instances
             found = await service.write(
-                lambda: remembered(service, question.missing, question.available, question.instances)
+                lambda: rank(
+                    service.kb,
+                    *things,
+                    question.settings(),
+                    confidence=question.confidence,
+                    remember=True,
+                )
             )
         except RefusedError as error:
             raise HTTPException(error.status, str(error), error.headers) from None
@@ -207,8 +227,11 @@ def rank(
     *,
     top: int | None = None,
     confidence: bool = False,
+    remember: bool = False,
 ) -> Ranking:
     """Rank for a stranger: how sure the answer is, is told of a bounded number of candidates.
+
+    With remember it is written into the knowledge base, and so is how sure it is, where that is asked.
 
     Raises
     ------
@@ -222,27 +245,22 @@ def rank(
         )
     draws = DRAWS if confidence else None
     things = available or None
-    return rank_substitutes(kb, missing, things, instances=instances, settings=settings, top=top, draws=draws)
-
-
-def remembered(
-    service: Service,
-    missing: str,
-    available: Sequence[str],
-    instances: Sequence[str],
-    settings: ReasonerSettings | None = None,
-) -> Ranking:
-    """Rank, and write the answer into the knowledge base."""
     return rank_substitutes(
-        service.kb, missing, available or None, instances=instances, settings=settings, remember=True
+        kb, missing, things, instances=instances, settings=settings, top=top, draws=draws, remember=remember
     )
 
 
-def chosen_properties(names: str | None) -> tuple[str, ...] | None:
-    """Return the properties to reason with, from "paper" or names with commas."""
-    if not names:
-        return None
-    return PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+def chosen_settings(chosen: Mapping[str, Any]) -> ReasonerSettings:
+    """Return the reasoner's settings; what is None is as usual.
+
+    Properties are "paper", or names with commas.
+    """
+    given = {name: value for name, value in chosen.items() if value is not None}
+    names = given.pop("properties", "")
+    if names:
+        listed = PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
+        given["properties"] = listed
+    return ReasonerSettings(**given)
 
 
 def _refuse_unknown(request: Request) -> None:

@@ -1,7 +1,7 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--refits 100] [--splits 10] [--decisions 100] [--readme]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--workers 1] [--readme]
 
 Prints tables in Markdown, or puts them into the README (`--readme`); `--out` also writes the numbers as JSON
 and the figure of calibration. Without the RoCS data only `household` takes part.
@@ -38,10 +38,11 @@ Table: TypeAlias = tuple[str, Any]
 """In Markdown, and the numbers in JSON's types."""
 
 CASES = {
-    "an object: does it stand in?": unknown_object,
-    "five objects: which is best?": unknown_objects,
-    "five classes and the tool: which is best?": unknown_classes,
+    "an object: does it stand in?": (unknown_object, 3),
+    "five objects: which is best?": (unknown_objects, 1),
+    "five classes and the tool: which is best?": (unknown_classes, 1),
 }
+"""How cases are drawn, and how many times as many: those of one object vary most, and cost least."""
 SETTINGS = {"the paper's rule": ReasonerSettings(), "graded, ordinal": ReasonerSettings(graded=True)}
 
 
@@ -65,8 +66,8 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
     """Answer with some of the objects, drawn as wholes and property by property."""
     rows = [
         "| objects | rule | what is true | Brier of yes or no | Brier, singly | error, singly | Brier "
-        "| error |",
-        "|---|---|---|---|---|---|---|---|",
+        "| error | by chance | bins off |",
+        "|" + "---|" * 10,
     ]
     found: dict[str, Calibration] = {}
     for name, objects in data.items():
@@ -80,9 +81,11 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
             )
             found[label] = wholes
             numbers = (wholes.brier_crisp, singly.brier, singly.error, wholes.brier, wholes.error)
-            rows.append(f"| {label} | {' | '.join(f'{number:.3f}' for number in numbers)} |")
+            cells = [f"{number:.3f}" for number in (*numbers, wholes.error_by_chance)]
+            off = [one.off for one in wholes.bins()]
+            rows.append(f"| {label} | {' | '.join(cells)} | {sum(off)} of {len(off)} |")
     if options.out:
-        shown = {label: one for label, one in found.items() if label.endswith(Truth.LONG_RUN)}
+        shown = {label.replace(" | ", ", ").replace(", ", "\n", 1): one for label, one in found.items()}
         draw_one("reliability", reliability, shown, options.out)
     return "\n".join(rows) + "\n", {name: one.to_json() for name, one in found.items()}
 
@@ -90,22 +93,22 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
 def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
     """Count measurements in the order asked for and in random order."""
     found: dict[str, Inquiry] = {}
-    for what, draw in CASES.items():
+    for what, (draw, times) in CASES.items():
         for name, objects in data.items():
             qualities = learn(objects, SubcategorizationSettings())
             for rule, settings in SETTINGS.items():
                 tell(f"{what}, {name}, {rule}", len(found) / (len(CASES) * len(data) * len(SETTINGS)))
-                found[f"{what} | {name} | {rule}"] = inquire(
-                    draw(objects, qualities, settings, options.decisions)
-                )
+                cases = draw(objects, qualities, settings, times * options.decisions)
+                found[f"{what} | {name} | {rule}"] = inquire(cases, workers=options.workers)
     rows = [
-        "| unknown | objects | rule | possible | until right: asked | random | ratio | until sure: asked "
-        "| random | ratio | then right: asked | random |",
-        "|" + "---|" * 12,
+        "| unknown | objects | rule | decisions | possible | until right: asked | random | ratio "
+        "| until sure: asked | random | ratio | then right: asked | random |",
+        "|" + "---|" * 13,
     ]
     for label, one in found.items():
         numbers = one.to_json()
-        cells = [f"{numbers['possible']:.0f}", *cells_of(one.ratio("right")), *cells_of(one.ratio("sure"))]
+        cells = [str(numbers["decisions"]), f"{numbers['possible']:.0f}"]
+        cells += [*cells_of(one.ratio("right")), *cells_of(one.ratio("sure"))]
         shares = [f"{numbers[key]:.2f}" for key in ("confirmed", "confirmed_random")]
         rows.append(f"| {label} | {' | '.join([*cells, *shares])} |")
     return "\n".join(rows) + "\n", {label: one.to_json() for label, one in found.items()}
@@ -133,8 +136,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--readme", action="store_true")
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
-    for name, usual in (("resamples", 100), ("refits", 100), ("splits", 10), ("decisions", 100)):
-        parser.add_argument(f"--{name}", type=int, default=usual)
+    usual = {"resamples": 100, "refits": 100, "splits": 20, "decisions": 100, "workers": 1}
+    for name, number in usual.items():
+        parser.add_argument(f"--{name}", type=int, default=number)
     options = parser.parse_args()
     warnings.simplefilter("ignore", ErsatzWarning)  # few objects make fewer qualities: part of the experiment
     if options.out:

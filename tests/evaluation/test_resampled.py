@@ -1,12 +1,13 @@
 """Objects grounded again in memory: stability, calibration and what asking is worth, on small worlds."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ersatz.evaluation.calibration import Calibration, calibrate, half
+from ersatz.evaluation.calibration import calibrate, half
 from ersatz.evaluation.figures import draw_one, reliability
 from ersatz.evaluation.inquiry import Effort, Inquiry, Ratio, inquire
 from ersatz.evaluation.inquiry_cases import unknown_classes, unknown_object, unknown_objects
@@ -28,13 +29,13 @@ PROPERTIES = (prop("alpha"), prop("beta"), prop("size", "physical", "x", "y"), p
 FEW = SubcategorizationSettings(3, restarts=3)
 
 
-def blocks(objects: int = 4, spread: float = 0.6) -> list[Block]:
-    """Return values of five classes around means of their own."""
+def blocks(objects: int = 4, spread: float = 0.6, alike: Sequence[str] = ()) -> list[Block]:
+    """Return values of five classes around means of their own, or of all classes where they are alike."""
     chance = np.random.default_rng(0)
     found = []
     for p in PROPERTIES:
         width = max(1, len(p.components))
-        means = chance.normal(size=(5, width))
+        means = chance.normal(size=(5, width)) * (p.name not in alike)
         values = np.repeat(means, objects, axis=0) + spread * chance.normal(size=(5 * objects, width))
         classes = [f"class {at // objects}" for at in range(5 * objects)]
         names = [f"thing {at}" for at in range(5 * objects)]
@@ -96,27 +97,15 @@ def test_what_is_all_alike_is_stable_and_ties(objects: Objects) -> None:
     assert markdown(agreed).count("\n") == 2 + len(some)
 
 
-def calibration(said: Sequence[float], crisp: Sequence[int], true: Sequence[int]) -> Calibration:
-    return Calibration(np.array(said), np.array(crisp, dtype=bool), np.array(true, dtype=bool))
-
-
-def test_scores_of_calibration_by_hand() -> None:
-    found = calibration([0.25, 0.25, 0.25, 0.25, 1.0], [1, 0, 0, 0, 1], [0, 0, 0, 1, 1])
-    assert found.brier == pytest.approx((3 * 0.0625 + 0.5625) / 5)
-    assert found.brier_crisp == pytest.approx(2 / 5)
-    assert found.error == pytest.approx(0)
-    assert [(one.said, one.true, one.count) for one in found.bins()] == [(0.25, 0.25, 4), (1.0, 1.0, 1)]
-    assert calibration([0.9], [1], [0]).error == pytest.approx(0.9)
-
-
 def test_answers_of_half_of_the_objects_are_judged_by_all(objects: Objects, tmp_path: Path) -> None:
     found = calibrate(objects, learn(objects, FEW), ReasonerSettings(graded=True), splits=2, draws=20)
-    assert len(found.said) == 2 * 5 * 4
+    assert found.said.shape == (2, 5, 4)
     assert np.all((found.said >= 0) & (found.said <= 1))
     assert found.error < 0.2
     pytest.importorskip("matplotlib")
     assert draw_one("reliability", reliability, {"here": found}, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"reliability.png", "reliability.svg"}
+    assert not draw_one("nothing", reliability, {}, tmp_path)
 
 
 @pytest.mark.parametrize("draw", [unknown_object, unknown_objects, unknown_classes])
@@ -131,7 +120,18 @@ def test_efforts_are_counted(objects: Objects, draw: object) -> None:
             assert 0 <= one.right <= one.possible
             assert 0 <= one.sure <= one.possible
             assert one.confirmed or one.sure < one.right
-    assert inquire(cases, 1) == found
+    assert inquire(cases, 1, workers=1 + (draw is unknown_object)) == found
+
+
+@pytest.mark.filterwarnings("ignore:.*distinct value")
+@pytest.mark.parametrize("graded", [False, True])
+def test_what_tells_classes_apart_is_asked_first(graded: bool) -> None:
+    """Of one property classes differ, of the others nobody does."""
+    chosen = ReasonerSettings(graded=graded, tolerance=Fraction(7, 10))
+    world = Objects.of(blocks(objects=8, spread=0, alike=("beta", "size")))
+    found = inquire(unknown_object(world, learn(world, FEW), chosen, 20), 3)
+    assert {one.right for one in found.asked} == {0, 1}
+    assert max(one.right for each in found.random for one in each) > 1
 
 
 def test_all_that_can_be_measured_leaves_no_doubt(objects: Objects) -> None:

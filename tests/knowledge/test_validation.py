@@ -48,6 +48,7 @@ def new(name: str, kind: str, more: str = "") -> str:
 
 
 TRAY = "kb:substitution_Tray_1"
+RELEVANCE = f"{TRAY}-q a owl:NamedIndividual , ersatz:Relevance ; rdfs:label 'how relevant'@en"
 FAULTS = [
     # (fault, example, update, rule, entity)
     ("no label", "two_classes", delete("kb:bowl_01 rdfs:label ?l"), "missing_label", "bowl_01"),
@@ -261,6 +262,11 @@ FAULTS = [
      "wrong_confidence", TRAY[3:] + "__Plate"),
     ("prior of nothing", "substitution", insert(f"{TRAY} ersatz:priorCount 0.0"), "wrong_confidence",
      TRAY[3:]),
+    ("relevance of nothing", "substitution", insert(f"{TRAY} ersatz:hasRelevance {TRAY}-q . {RELEVANCE}"),
+     "wrong_relevance", TRAY[3:] + "-q"),
+    ("relevance of no answer", "substitution",
+     insert(f"{RELEVANCE} ; ersatz:relevantQuality kb:weight_2 ; ersatz:relevanceWeight 0.5"),
+     "wrong_relevance", TRAY[3:] + "-q"),
     ("a quality as candidate", "substitution", insert(f"{TRAY} ersatz:substitute kb:weight_1"),
      "candidate_kind", TRAY[3:]),
     ("shares what is not relevant", "substitution", insert(f"{TRAY}__Plate ersatz:shared kb:weight_1"),

@@ -15,13 +15,15 @@ from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.exports import KNOWROB, knowrob
 from ersatz.knowledge.models import Drawing
+from ersatz.knowledge.terms import integer
 from ersatz.knowledge.validation import check
-from ersatz.knowledge.vocabulary import ERSATZ
-from ersatz.reasoner import sampling
+from ersatz.knowledge.vocabulary import ERSATZ, SEED
+from ersatz.reasoner import confidence, sampling
 from ersatz.reasoner.asking import ask_for_more
 from ersatz.reasoner.confidence import Confidence, confidences
 from ersatz.reasoner.gain import Doubt, outlook
-from ersatz.reasoner.relevance import Combine, ReasonerSettings
+from ersatz.reasoner.posterior import PRIOR, beta_above
+from ersatz.reasoner.relevance import Combine, ReasonerSettings, typical
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.sampling import Question, outcomes, samples
 from ersatz.reasoner.similarity import Similarity
@@ -133,14 +135,22 @@ def test_the_most_telling_measurement_is_the_one_in_doubt() -> None:
     }
     for at in range(20):
         held[f"plate {at}"] = ("plate", {k: v for k, v in TRAY.items() if k != "gamma"})
-    chosen = ReasonerSettings(tolerance=0.8)  # type: ignore[arg-type]
+    chosen = ReasonerSettings(tolerance=0.7)  # type: ignore[arg-type]
     asked = question(make(held), "tray", chosen)
     wished = outlook(asked, 2000)
     first = wished.measurements[0]
     assert (first.candidate, first.property) == (0, "gamma")
     assert all(one.gain < first.gain / 5 for one in wished.measurements[1:])
-    assert wished.doubt > 0.5
-    assert 0.4 < first.gain < 0.5  # one object, beside a prior worth one, tells half of a degree
+    # P(m >= theta) now, and once an object of plate was seen to hold gamma_1, or another gamma.
+    theta = float(chosen.representative)
+    many = sum(one.property == "gamma" for one in asked.knowledge.qualities)
+    now, held_it, other = (
+        float(beta_above(np.array(PRIOR / many + a), np.array(PRIOR - PRIOR / many + b), theta))
+        for a, b in ((0, 0), (1, 0), (0, 1))
+    )
+    taken = ((held_it - now) ** 2 + (many - 1) * (other - now) ** 2) / many
+    assert wished.doubt == pytest.approx(now * (1 - now), abs=0.02)
+    assert first.gain == pytest.approx(taken / (now * (1 - now)), abs=0.03)
 
 
 def test_nothing_is_asked_where_nothing_is_in_doubt() -> None:
@@ -212,6 +222,27 @@ def test_typical_with_certainty_asks_for_more_than_one_object() -> None:
     assert sure.counterfactual().representative is None
 
 
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(helds(), st.sampled_from([Fraction(1, 10), Fraction(35, 100), Fraction(2, 3)]))
+def test_more_certainty_leaves_less_and_endless_data_what_is_typical(held: Held, theta: Fraction) -> None:
+    """Between two objects and endlessly many alike: nothing never observed, and less with more certainty."""
+    known = make(held).view(load_knowledge)
+
+    def at(certainty: Fraction | None, times: int = 1) -> Any:
+        classes = replace(
+            known.classes, counts=known.classes.counts * times, totals=known.classes.totals * times
+        )
+        return typical(classes, known, ReasonerSettings(theta, certainty=certainty))
+
+    little, much = at(Fraction(1, 100)), at(Fraction(99, 100))
+    assert not (much & ~little).any()
+    assert not (little & (known.classes.counts == 0)).any()
+    shares = known.classes.counts / np.maximum(known.classes.totals, 1)
+    clear = np.abs(shares - float(theta)) > 0.01
+    for certainty in (Fraction(1, 100), Fraction(99, 100)):
+        assert (at(certainty, 10**6) == at(None))[clear].all()
+
+
 @pytest.mark.parametrize("certainty", [0, 1, -0.1, "nan"])
 def test_a_senseless_certainty_is_refused(certainty: Any) -> None:
     with pytest.raises(InputError):
@@ -226,7 +257,7 @@ def test_a_remembered_answer_says_how_sure_it_is() -> None:
     model = kb.substitution_model("tray")
     assert model == first.model()
     assert model is not None
-    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("0.5"))
+    assert model.drawing == Drawing(40, Decimal("0.9"), Decimal("0.5"), 1)
     for one in first:
         (written,) = (c for c in model.candidates if c.iri == one.iri)
         assert one.confidence is not None
@@ -236,6 +267,17 @@ def test_a_remembered_answer_says_how_sure_it_is() -> None:
     again = rank_substitutes(kb, "tray", ["plate", "book"], draws=40, seed=1)
     assert again.reused
     assert [one.confidence for one in again] == [one.confidence for one in first]
+
+
+def test_an_answer_remembered_without_a_seed_is_read() -> None:
+    """As written before the seed was told."""
+    kb = make(HELD)
+    model = rank_substitutes(kb, "tray", remember=True, draws=40, seed=7).model()
+    kb.tell([f"<{model.iri}> {SEED} {integer(7)} .\n"], [])
+    read = kb.substitution_model("tray")
+    assert read is not None and read.drawing is not None and model.drawing is not None
+    assert (model.drawing.seed, read.drawing.seed) == (7, None)
+    assert read.candidates == model.candidates
 
 
 def test_confidence_is_added_to_a_remembered_answer_and_lost_by_what_was_not_asked_with_it() -> None:
@@ -277,6 +319,22 @@ def test_an_unnamed_object_is_asked_for_what_is_not_known_of_it() -> None:
     assert nothing.to_json()["measure"][0]["gain"] == round(nothing.wishes[0].gain, 6)
 
 
+def test_what_is_known_of_an_object_counts_by_its_degrees() -> None:
+    """Nearer to what the tool holds, it is accepted more often; not graded, every degree is one."""
+    kb, by_degrees = make(MEASURED), ReasonerSettings(graded=True)
+
+    def accepted(far: float, chosen: ReasonerSettings | None) -> float:
+        held = {"alpha_3": 1 - far, "alpha_1": far, "gamma_1": 1}
+        return ask_for_more(kb, "tray", held=held, settings=chosen, draws=300).candidates[0].accepted
+
+    shares = [accepted(far, by_degrees) for far in (0, 0.25, 0.5, 1)]
+    assert shares == sorted(shares, reverse=True)
+    assert shares[0] > shares[2] > shares[-1]
+    assert accepted(0.25, None) == accepted(0.5, None)
+    with pytest.raises(InputError, match="alpha_3 to the degree 2"):
+        ask_for_more(kb, "tray", held={"alpha_3": 2})
+
+
 def test_things_at_hand_are_asked_by_name() -> None:
     asked = ask_for_more(make(HELD), "tray", ["plate"], instances=["sponge 1"], about=Doubt.BEST)
     assert {(one.name, one.kind) for one in asked.candidates} == {
@@ -298,10 +356,27 @@ def test_asking_refuses_what_makes_no_sense() -> None:
         ask_for_more(kb, "tary", held=[])
 
 
-@pytest.mark.parametrize(("draws", "seed"), [(0, 0), (-1, 0), (1, -1)])
-def test_senseless_numbers_are_refused(draws: int, seed: int) -> None:
-    with pytest.raises(InputError):
+@pytest.mark.parametrize(
+    ("draws", "seed", "message"),
+    [
+        (0, 0, "draws is 0: give 1 to"),
+        (-1, 0, "draws is -1"),
+        (10**11, 0, "draws is 100000000000: give 1 to 1000000"),
+        (1, -1, "seed is -1: give 0 or more"),
+    ],
+)
+def test_senseless_numbers_are_refused(draws: int, seed: int, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         confidences(question(make(HELD), "tray"), draws, seed)
+
+
+def test_more_numbers_than_fit_into_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = question(make(HELD), "tray")
+    many = len(asked.rows)
+    monkeypatch.setattr(confidence, "MOST_NUMBERS", 10 * many)
+    assert confidences(asked, 10).draws == 10
+    with pytest.raises(InputError, match=f"draws is 11: of {many} candidates, give at most 10"):
+        confidences(asked, 11)
 
 
 def test_it_is_said_in_words() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ersatz.reasoner.graded import (
     ONE,
+    SPAN,
     Layout,
     cumulative,
     importance,
@@ -176,6 +177,51 @@ def test_more_of_what_is_wanted_is_more_similar(form: Similarity, seed: int, at:
         assert more >= less - 1e-12 if reached <= wanted[at] else True
     for less, more, start in zip(found, found[1:], path[:-1, at], strict=False):
         assert more <= less + 1e-12 if start >= wanted[at] else True
+
+
+@pytest.mark.parametrize("spaced", [False, True])
+def test_many_different_numbers_of_qualities_do_not_overflow(spaced: bool) -> None:
+    """The common denominator of 2 to 60 qualities a property has 25 digits, too many for 64 bits."""
+    lengths = np.arange(2, 61)
+    starts, q = np.cumsum([0, *lengths[:-1]]), int(lengths.sum())
+    gaps = np.zeros(q, np.int64)
+    gaps[starts] = SPAN  # the first two qualities of each are all the way apart
+    layout = Layout(
+        np.ones(q, bool), np.zeros(q, bool), starts, np.zeros(0, np.int64), gaps if spaced else None
+    )
+    tool, other = np.zeros((2, q), np.int32)
+    tool[starts], other[starts + 1] = ONE, ONE
+    shares = cumulative(tool, layout, ONE), cumulative(other[None], layout, ONE)
+    numerators, denominators = ordinal(np.full(len(lengths), ONE), *shares, layout)
+    near = sum(1 - (Fraction(1) if spaced else Fraction(1, int(length) - 1)) for length in lengths)
+    assert Fraction(int(numerators[0]), int(denominators[0])) == near / len(lengths)
+    drawn = similarities(np.ones(q), tool / ONE, other[None] / ONE, layout, Similarity.ORDINAL)
+    assert drawn.dtype == np.float64
+    weights = Fraction(1, int(lengths.sum())) * sum(
+        int(length) * (1 - (Fraction(1) if spaced else Fraction(1, int(length) - 1))) for length in lengths
+    )
+    assert np.isclose(drawn[0], float(weights))
+
+
+def test_whole_numbers_are_rounded_half_up() -> None:
+    layout = Layout(np.ones(4, bool), np.zeros(4, bool), np.array([0]), np.zeros(0, np.int64))
+    assert cumulative(np.array([1, 1, 1, 1]), layout, 10).tolist() == [3, 5, 8, 10]
+
+
+@few
+@given(seeds, st.sampled_from([(0, 0), (2, 0), (0, 3), (5, 1)]))
+def test_draws_weigh_what_lacks_and_what_is_extra(seed: int, ratio: tuple[int, int]) -> None:
+    wanted, held = degrees(seed) * PHYSICAL, degrees(seed + 1, 4) * PHYSICAL
+    alpha, beta = map(Fraction, ratio)
+    found = similarities(wanted, wanted, held, LAYOUT, Similarity.TVERSKY, (alpha, beta))
+    for one, other in zip(found, held, strict=True):
+        shared = np.minimum(wanted, other).sum()
+        below = shared + ratio[0] * (wanted - other).clip(0).sum() + ratio[1] * (other - wanted).clip(0).sum()
+        assert np.isclose(one, shared / below if below > 0 else 0)
+
+
+def test_only_physical_qualities_weigh() -> None:
+    assert importance(np.ones(Q), LAYOUT).tolist() == [3, 1, 4, 0, 0]
 
 
 def test_a_neighbour_in_rank_is_nearer_than_one_far_off() -> None:

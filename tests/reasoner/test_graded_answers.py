@@ -12,6 +12,10 @@ from hypothesis import strategies as st
 
 from ersatz.errors import InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.knowledge.validation import check
+from ersatz.reasoner.asking import ask_for_more
+from ersatz.reasoner.aspects import Aspect, in_words
+from ersatz.reasoner.explanation import origin
 from ersatz.reasoner.quantised import quantise
 from ersatz.reasoner.recognition import nearest_classes, possible_roles
 from ersatz.reasoner.relevance import ReasonerSettings
@@ -71,6 +75,15 @@ def test_what_makes_no_sense_is_one_clear_error(given: dict[str, object], messag
         ReasonerSettings(**given)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("chosen", [ORDINAL, RUZICKA])
+def test_a_property_nobody_knows_is_refused(kb: KnowledgeBase, chosen: ReasonerSettings) -> None:
+    unknown = replace(chosen, properties=("alpha", "alphas"))
+    with pytest.raises(InputError, match="property 'alphas' is not in this knowledge base; it has alpha"):
+        rank_substitutes(kb, "tray", settings=unknown)
+    with pytest.raises(InputError, match="property 'alphas'"):
+        ask_for_more(kb, "tray", held=["beta_2"], settings=unknown)
+
+
 def test_the_paper_s_rule_is_what_jaccard_means(kb: KnowledgeBase) -> None:
     assert plain(rank_substitutes(kb, "tray")) == plain(
         rank_substitutes(kb, "tray", settings=ReasonerSettings(similarity=Similarity.JACCARD))
@@ -122,6 +135,37 @@ def test_words(kb: KnowledgeBase) -> None:
         "ghost, 0.00: alpha, beta and gamma unknown. "
         "What counts follows most from hold_1 (1.00) and use_3 (0.71).",
     ]
+
+
+def aspect(name: str, weight: Fraction, likeness: float, *, observed: bool = True) -> Aspect:
+    return Aspect(name, weight, Fraction(likeness), observed, ())
+
+
+def test_what_is_nowhere_like_the_tool_is_still_compared_with_it() -> None:
+    half = Fraction(1, 2)
+    assert in_words([aspect("size", half, 0.75), aspect("weight", half, 0.1)], "tray") == (
+        "nearly like a tray in size (0.75); not in weight (0.10)"
+    )
+    assert in_words([aspect("size", Fraction(1), 0.1)], "axe") == "not like an axe in size (0.10)"
+    assert in_words([aspect("size", Fraction(1), 0, observed=False)], "axe") == "size unknown"
+
+
+def test_of_many_properties_the_weightiest_are_told() -> None:
+    """Each of 50 counts for a fiftieth: less than what is told of a few."""
+    told = in_words([aspect(f"p {at}", Fraction(1, 50), 1) for at in range(50)], "tray")
+    assert told.count("(1.00)") == 50
+    light = [aspect("heavy", Fraction(97, 100), 1), aspect("light", Fraction(3, 100), 1)]
+    assert in_words(light, "tray") == "like a tray in heavy (1.00)"
+
+
+def test_functions_that_hardly_matter_are_left_out_of_words(kb: KnowledgeBase) -> None:
+    found = rank_substitutes(kb, "tray", ["plate"], settings=ORDINAL)
+    comparison, wanted = found[0].comparison, found.relevance.demand
+    assert wanted is not None
+    few = replace(wanted.weights, functions=wanted.weights.functions // 150)
+    graded = replace(comparison.graded, wanted=replace(wanted, weights=few))  # type: ignore[type-var]
+    assert origin(comparison).count("(") == 2
+    assert origin(replace(comparison, graded=graded)) == "What counts follows most from hold_1 (0.01)."
 
 
 def test_weights(kb: KnowledgeBase) -> None:
@@ -214,6 +258,27 @@ def test_remembered_graded_answers_are_not_those_of_other_settings() -> None:
     assert [iri.rpartition("#")[2] for iri in model.substitutes] == ["Book", "Plate"]
 
 
+def test_remembered_graded_answers_say_how_much_each_quality_counts() -> None:
+    kb = make(HELD)
+    first = rank_substitutes(kb, "tray", settings=RUZICKA, remember=True, draws=20)
+    model = kb.substitution_model("tray")
+    assert model == first.model()
+    assert model is not None
+    told = first.weights()
+    assert {name: float(weight) for name, weight in model.weights} == told["functions"] | told["qualities"]
+    rows = kb.ask("substitution_relevance", model=model.iri)
+    assert {str(row["quality"]).rpartition("#")[2]: str(row["weight"]) for row in rows} == {
+        name: str(weight) for name, weight in model.weights
+    }
+    assert not check(kb.triples()).findings
+    kb.forget("plate 1")
+    assert not kb.query("SELECT ?s { ?s a <https://w3id.org/ersatz#Relevance> }")
+    rank_substitutes(kb, "tray", remember=True)
+    crisp = kb.substitution_model("tray")
+    assert crisp is not None
+    assert crisp.weights == ()
+
+
 def test_degrees_of_up_to_twelve_objects_are_exact() -> None:
     for total in range(1, 13):
         counts = np.arange(total + 1, dtype=np.int64)[None] * 10**6
@@ -221,6 +286,13 @@ def test_degrees_of_up_to_twelve_objects_are_exact() -> None:
         assert [Fraction(int(one), 55440) for one in found[0]] == [
             Fraction(n, total) for n in range(total + 1)
         ]
+
+
+def test_degrees_are_rounded_half_up() -> None:
+    counts = np.array([[1, 3, 7]], dtype=np.int64) * 10**6
+    for total, found in ((13, [4265, 12794, 29852]), (55440 * 2, [1, 2, 4])):
+        totals = np.full_like(counts, total * 10**6)
+        assert quantise(Memberships(("a",), ("a",), counts, totals)).tolist() == [found]
 
 
 def test_millions_of_objects_do_not_overflow() -> None:

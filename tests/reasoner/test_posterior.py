@@ -10,7 +10,8 @@ from scipy.stats import beta, kstest
 from ersatz.grounding.conceptualization import DEGREE
 from ersatz.measurements import Kind
 from ersatz.reasoner.posterior import PRIOR, Posterior, beta_above, posterior
-from ersatz.reasoner.representative import Memberships, QualityTerm
+from ersatz.reasoner.representative import Memberships, QualityTerm, load_knowledge
+from tests.knowledge.tools import small
 
 SIZES = (4, 1, 3)
 """Qualities of each property."""
@@ -85,3 +86,19 @@ def test_with_endless_data_the_threshold_decides() -> None:
     found = of((36 * n, 34 * n, 30 * n, 0, n, n, 0, 0))
     assert (found.at_least(0.35)[0] > 0.5).tolist() == [True, False, False, False, True, True, False, False]
     assert np.all(np.minimum(found.at_least(0.35), 1 - found.at_least(0.35)) < 1e-9)
+
+
+def test_the_stored_question_tells_the_same() -> None:
+    """SPARQL and the reasoner know the same posterior, of fractional counts too."""
+    kb = small(fuzzifier=2.0)
+    known = kb.view(load_knowledge)
+    for table in (known.classes, known.functions):
+        found = posterior(table, known.qualities)
+        for row, iri in enumerate(table.iris):
+            told = {str(one["quality"]): one for one in kb.ask("posterior", concept=iri, prior=1)}
+            for at, quality in enumerate(known.qualities):
+                if one := told.get(quality.iri):
+                    assert abs(float(str(one["alpha"])) - found.alpha[row, at]) < 1e-6
+                    assert abs(float(str(one["mean"])) - found.mean()[row, at]) < 1e-6
+                else:
+                    assert not table.counts[row, at]

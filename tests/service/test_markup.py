@@ -1,7 +1,10 @@
 """Markup: whatever data holds, it reaches the browser as text."""
 
+from decimal import Decimal
+
 import pytest
 
+from ersatz.service.pages.individuals import _read
 from ersatz.service.pages.markup import (
     Markup,
     chip,
@@ -13,6 +16,7 @@ from ersatz.service.pages.markup import (
     unit_words,
     words_of,
 )
+from tests.knowledge.tools import small
 
 EVIL = "<img src=x onerror='alert(1)'>\"&"
 HARMLESS = "&lt;img src=x onerror=&#x27;alert(1)&#x27;&gt;&quot;&amp;"
@@ -23,6 +27,15 @@ def test_text_and_attributes_are_escaped() -> None:
     assert joined((EVIL, tag("i"), 3)) == f"{HARMLESS}<i></i>3"
     assert chip(EVIL, title=EVIL).count("<") == 2
     assert table_markup([EVIL], [[EVIL], [(EVIL, "/x")]]).count("<img") == 0
+
+
+def test_an_individual_is_shown_with_the_degrees_it_holds() -> None:
+    degrees = _read(small(fuzzifier=2.0), "plate 2").held
+    quality, degree, others = degrees[-1]
+    assert quality.endswith("weight_2")
+    assert 0.5 <= degree < 1
+    assert others == f"weight 1 to {1 - degree:.2f}, weight 2 to {degree:.2f}"
+    assert {(degree, others) for _, degree, others in _read(small(), "plate 2").held} == {(Decimal(1), "")}
 
 
 def test_markup_is_not_escaped_twice_and_false_leaves_an_attribute_out() -> None:

@@ -189,6 +189,8 @@ def test_graded_reasoning_and_how_sure_it_is(window: Browser) -> None:
     window.press("Graded: reason with degrees", ".q-toggle")
     window.until("return location.search.includes('graded=True')")
     assert window.sees("alike, counts")
+    rows = "[...document.querySelectorAll('.bars')].map(bars => bars.innerText).join(' ')"
+    window.until(f"return /support 4\\s+0.58/.test({rows}) && /weight\\s+0.90/.test({rows})")
     window.press("Say how sure it is", ".q-toggle")
     assert window.sees("P(accepted) 0.98")
     assert window.sees("similarity 0.69 to 0.79")

@@ -59,6 +59,18 @@ def test_save_the_substitution_model(window: Browser, own: Server) -> None:
     assert window.sees("Remembered from an earlier question.")
 
 
+def test_how_sure_it_is_is_saved_where_it_is_shown(window: Browser, own: Server) -> None:
+    window.open("/substitution?missing=tray&available=plate&graded=true&confidence=true")
+    assert window.sees("P(accepted)")
+    window.press("Save the substitution model")
+    give_token(window, TOKEN)
+    assert window.sees("Saved.")
+    model = saved(own).substitution_model("tray")
+    assert model is not None
+    assert model.drawing is not None
+    assert all(one.chances for one in model.candidates)
+
+
 def test_the_scan_of_an_individual_can_be_turned(window: Browser) -> None:
     window.complaints()
     window.open("/individuals/tray_1")

@@ -336,6 +336,22 @@ def test_substitutes_are_those_of_the_library(server: Server) -> None:
     assert found == json.loads(json.dumps(want.to_json()))
 
 
+def test_graded_substitutes_are_those_of_the_library_to_the_last_weight(server: Server) -> None:
+    from ersatz import ReasonerSettings, rank_substitutes
+
+    asked = "/substitutes?missing=tray&available=plate&available=sponge&graded=true&confidence=true"
+    found = json.loads(server.send("GET", asked)[1])
+    want = rank_substitutes(
+        KnowledgeBase.open("household"),
+        "tray",
+        ["plate", "sponge"],
+        settings=ReasonerSettings(graded=True),
+        draws=200,
+    )
+    assert found == json.loads(json.dumps(want.to_json()))
+    assert 0 < found["substitutes"][0]["shared"][0]["weight"] <= 1
+
+
 @pytest.mark.parametrize(
     ("query", "status", "message"),
     [

@@ -114,11 +114,26 @@ def test_a_remembered_answer_is_reused(writable: Server) -> None:
     assert again["reused"] == (again["status"] == "ok")
 
 
+def test_how_sure_an_answer_by_degrees_is_can_be_remembered(writable: Server) -> None:
+    asked = {"graded": True, "spacing": "centroid", "properties": "weight,support"}
+    question = json.dumps({"missing": "tray", "available": ["plate"], "confidence": True} | asked).encode()
+    headers = {"Content-Type": "application/json"} | AUTH
+    got, body, _ = writable.send("POST", "/substitutes", question, headers)
+    assert got == 200, body
+    told = json.loads(body)
+    assert [told["settings"][name] for name in asked] == [True, "centroid", ["support", "weight"]]
+    assert told["substitutes"][0]["confidence"]["draws"] == 200
+    text = (writable.log.parent / "kb.ttl").read_text(encoding="utf-8")
+    assert "ersatz:acceptanceProbability" in text
+
+
 @pytest.mark.parametrize(
     ("question", "status", "message"),
     [
         ({"missing": "tary"}, 404, b"did you mean 'tray'"),
         ({"missing": "tray", "settings": {"graded": True}}, 422, b"settings"),
+        ({"missing": "tray", "graded": True, "similarity": "jaccard"}, 400, b"leave graded out"),
+        ({"missing": "tray", "certainty": "2"}, 400, b"certainty is 2"),
     ],
 )
 def test_what_cannot_be_remembered_as_asked_is_refused(

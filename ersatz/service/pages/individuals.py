@@ -11,6 +11,7 @@ from ersatz.errors import ErsatzError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.knowledge.names import local_name
 from ersatz.knowledge.vocabulary import KB
+from ersatz.reasoner.candidates import perceived
 from ersatz.service.pages.cloud import by_height, draw_cloud
 from ersatz.service.pages.data import individuals, qualities, unit_of
 from ersatz.service.pages.frame import PATIENCE, card, frame, heading, notice, show, table, title_line
@@ -69,7 +70,7 @@ class _Found:
     Attributes
     ----------
     iri, name, class_iri, class_name : str
-    qualities : tuple of IRIs
+    held : list of (quality, its degree, in words where the value belongs to others too)
     rows : list of rows of the table of measurements
     usage : list of (thing, relation)
     """
@@ -78,7 +79,7 @@ class _Found:
     name: str
     class_iri: str
     class_name: str
-    qualities: tuple[str, ...]
+    held: list[tuple[str, Decimal, str]]
     rows: list[tuple[Any, ...]]
     usage: list[tuple[Any, str]]
 
@@ -92,7 +93,21 @@ def _read(kb: KnowledgeBase, name: str) -> _Found:
         ((shown(row["s"]), link_to("/graph", node=shown(row["s"]))), shown(row["p"]))
         for row in kb.query(f"SELECT ?s ?p {{ ?s ?p <{iri}> }} ORDER BY ?p ?s LIMIT 200")
     ]
-    return _Found(iri, str(row["name"]), str(row["class"]), str(row["className"]), held, rows, usage)
+    degrees = _degrees(kb, iri, held)
+    return _Found(iri, str(row["name"]), str(row["class"]), str(row["className"]), degrees, rows, usage)
+
+
+def _degrees(kb: KnowledgeBase, iri: str, held: tuple[str, ...]) -> list[tuple[str, Decimal, str]]:
+    """Return the qualities held, how far, and how far the values belong to the others of the property."""
+    known, degree = qualities(kb), perceived(kb, iri)
+    found = []
+    for one in held:
+        same = [
+            other for other in degree if one in known and known[other]["property"] == known[one]["property"]
+        ]
+        words = ", ".join(f"{words_of(local_name(other))} to {degree[other]:.2f}" for other in same)
+        found.append((one, degree.get(one, Decimal(1)), words if len(same) > 1 else ""))
+    return found
 
 
 def _measured(kb: KnowledgeBase, iri: str, held: tuple[str, ...]) -> list[tuple[Any, ...]]:
@@ -137,7 +152,13 @@ async def _individual(service: Service, found: _Found) -> None:
             await _scan(service, found.iri)
         with card("Holds"):
             held = (
-                chip(words_of(local_name(one)), page_of("quality", one), "good") for one in found.qualities
+                chip(
+                    words_of(local_name(one)) + (f" {degree:.2f}" if degree < 1 else ""),
+                    page_of("quality", one),
+                    "good",
+                    others,
+                )
+                for one, degree, others in found.held
             )
             more = (
                 chip("its neighbourhood", link_to("/graph", node=local_name(found.iri))),

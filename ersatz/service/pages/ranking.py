@@ -4,7 +4,7 @@ from typing import Final
 
 from ersatz.knowledge.vocabulary import KB
 from ersatz.reasoner.confidence import MASS
-from ersatz.reasoner.explanation import Evidence
+from ersatz.reasoner.explanation import VISIBLE, Evidence
 from ersatz.reasoner.substitution import Ranking, Substitute
 from ersatz.service.pages.markup import (
     Markup,
@@ -27,7 +27,15 @@ _MARKS: Final = {"good": ("✓", "shared"), "bad": ("✗", "lacking"), "much": (
 
 
 def counted(ranking: Ranking) -> Markup:
-    """Return what the missing tool is for, and the qualities that count."""
+    """Return what the missing tool is for, and what counts; by degrees, how much."""
+    parts = _weights(ranking) if ranking.settings.graded else _sets(ranking)
+    if ranking.reused:
+        parts.append(faint("Remembered from an earlier question."))
+    return joined(parts)
+
+
+def _sets(ranking: Ranking) -> list[Markup]:
+    """Return the relevant functions and qualities."""
     parts = []
     for title, names, sort in (
         ("What it is for", ranking.relevant_functional, "info"),
@@ -35,9 +43,32 @@ def counted(ranking: Ranking) -> Markup:
     ):
         marks = (chip(words_of(name), page_of("quality", KB + name), sort) for name in names)
         parts += [faint(title), chips(marks, "nothing")]
-    if ranking.reused:
-        parts.append(faint("Remembered from an earlier question."))
-    return joined(parts)
+    return parts
+
+
+def _weights(ranking: Ranking) -> list[Markup]:
+    """Return how relevant functions and properties are; without those that would read 0.00."""
+    functions = ranking.weights()["functions"].items()
+    properties = ((one.property, one.weight) for one in ranking.property_weights)
+    return [
+        part
+        for title, kind, weights in (
+            ("What it is for", "quality", functions),
+            ("What counts", "property", properties),
+        )
+        for part in (
+            faint(title),
+            bars(
+                (
+                    link(words_of(name), page_of(kind, KB + name)),
+                    bar(weight, typical=True, functional=kind == "quality"),
+                    f"{weight:.2f}",
+                )
+                for name, weight in weights
+                if weight >= VISIBLE
+            ),
+        )
+    ]
 
 
 def answers(ranking: Ranking) -> Markup:

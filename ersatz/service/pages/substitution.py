@@ -18,7 +18,7 @@ from ersatz.service.pages.markup import joined, link_to, tag
 from ersatz.service.pages.picker import picker
 from ersatz.service.pages.ranking import MOST, answers, as_text, counted
 from ersatz.service.pages.writing import ask_token
-from ersatz.service.rest import rank, remembered
+from ersatz.service.rest import rank
 from ersatz.service.service import Service
 
 _TUNED: Final = ("representative", "tolerance", "relevance_tolerance", "combine", "similarity")
@@ -178,16 +178,7 @@ async def _results(service: Service, view: View) -> None:
         notice("Choose the missing tool.")
         return
     try:
-        ranking = await service.read(
-            lambda: rank(
-                service.kb,
-                view.missing,
-                view.available,
-                view.instance,
-                view.settings(),
-                confidence=view.confidence,
-            )
-        )
+        ranking = await service.read(lambda: _rank(service, view))
     except (ErsatzError, ValueError) as error:
         notice(str(error), bad=True)
         return
@@ -209,6 +200,11 @@ async def _results(service: Service, view: View) -> None:
     )
     with card(title):
         show(drawn)
+
+
+def _rank(service: Service, view: View, *, remember: bool = False) -> Ranking:
+    asked = view.missing, view.available, view.instance, view.settings()
+    return rank(service.kb, *asked, confidence=view.confidence, remember=remember)
 
 
 def _question(service: Service, view: View, ranking: Ranking) -> None:
@@ -233,6 +229,6 @@ def _save(service: Service, view: View) -> None:
         return
     ask_token(
         service,
-        lambda: remembered(service, view.missing, view.available, view.instance, view.settings()),
+        lambda: _rank(service, view, remember=True),
         "Saved.",
     )
