@@ -87,7 +87,8 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
             table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
             title = ""
     console.print(table, highlight=False)
-    spaced = ", spaced by centroids" if ranking.settings.spacing is Spacing.CENTROID else ""
+    spacing = ranking.settings.spacing
+    spaced = "" if spacing is Spacing.RANK else f", spaced by {spacing}s"
     console.print(f"How alike: {ranking.settings.similarity}{spaced}\n", highlight=False)
 
 

@@ -86,7 +86,7 @@ def test_what_cannot_be_asked_is_refused_in_one_line(ersatz: Shell, tmp_path: Pa
 
 
 def test_how_qualities_are_spaced_is_said(ersatz: Shell) -> None:
-    assert (
-        "How alike: ordinal, spaced by centroids\n" in ersatz(*ASKED, "--graded", "--spacing", "centroid").out
-    )
+    for spacing in ("centroid", "ratio"):
+        run = ersatz(*ASKED, "--graded", "--spacing", spacing)
+        assert f"How alike: ordinal, spaced by {spacing}s\n" in run.out
     assert "How alike: ordinal\n" in ersatz(*ASKED, "--graded").out

@@ -15,8 +15,11 @@ from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 
-from ersatz.reasoner.gain import DRAWS, Doubt, Outlook, outlook
+from ersatz.reasoner.gain import Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
+
+DRAWS: Final = 400
+"""Fewer than `gain.DRAWS`, for many decisions are simulated; with 100, chance makes asking look worse."""
 
 SURE: Final = 0.9
 """Enough to stop."""

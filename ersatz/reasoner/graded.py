@@ -244,8 +244,7 @@ def _shift(tool: Degrees, candidates: Degrees, gaps: Sequence[int], kind: np.dty
         if not even:
             apart *= gap
         far += apart
-    far = far.astype(kind, copy=False)
-    return gaps[0] * far if even else far
+    return (gaps[0] if even else 1) * far.astype(kind, copy=False)
 
 
 def importance(weights: Degrees, layout: Layout) -> Degrees:

@@ -92,26 +92,30 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
 
 def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> Table:
     """Count measurements in the order asked for and in random order."""
-    found: dict[str, Inquiry] = {}
-    for what, (draw, times) in CASES.items():
-        for name, objects in data.items():
-            qualities = learn(objects, SubcategorizationSettings())
-            for rule, settings in SETTINGS.items():
-                tell(f"{what}, {name}, {rule}", len(found) / (len(CASES) * len(data) * len(SETTINGS)))
-                cases = draw(objects, qualities, settings, times * options.decisions)
-                found[f"{what} | {name} | {rule}"] = inquire(cases, workers=options.workers)
     rows = [
         "| unknown | objects | rule | decisions | possible | until right: asked | random | ratio "
         "| until sure: asked | random | ratio | then right: asked | random |",
         "|" + "---|" * 13,
     ]
-    for label, one in found.items():
-        numbers = one.to_json()
-        cells = [str(numbers["decisions"]), f"{numbers['possible']:.0f}"]
-        cells += [*cells_of(one.ratio("right")), *cells_of(one.ratio("sure"))]
-        shares = [f"{numbers[key]:.2f}" for key in ("confirmed", "confirmed_random")]
-        rows.append(f"| {label} | {' | '.join([*cells, *shares])} |")
+    found: dict[str, Inquiry] = {}
+    for what, (draw, times) in CASES.items():
+        for name, objects in data.items():
+            qualities = learn(objects, SubcategorizationSettings())
+            for rule, settings in SETTINGS.items():
+                cases = draw(objects, qualities, settings, times * options.decisions)
+                label = f"{what} | {name} | {rule}"
+                found[label] = inquire(cases, workers=options.workers)
+                rows.append(row_of(label, found[label]))
+                tell(rows[-1], len(found) / (len(CASES) * len(data) * len(SETTINGS)))
     return "\n".join(rows) + "\n", {label: one.to_json() for label, one in found.items()}
+
+
+def row_of(label: str, one: Inquiry) -> str:
+    numbers = one.to_json()
+    cells = [str(numbers["decisions"]), f"{numbers['possible']:.0f}"]
+    cells += [*cells_of(one.ratio("right")), *cells_of(one.ratio("sure"))]
+    shares = [f"{numbers[key]:.2f}" for key in ("confirmed", "confirmed_random")]
+    return f"| {label} | {' | '.join([*cells, *shares])} |"
 
 
 def cells_of(one: Ratio) -> list[str]:
