@@ -31,12 +31,6 @@ BAR: Final = 10
 MINOR: Final = 0.05
 """Weights below, and below half of the greatest, are not shown."""
 
-SPACED: Final = {
-    Spacing.RANK: "",
-    Spacing.CENTROID: ", spaced by centroids",
-    Spacing.RATIO: ", spaced by ratios of centroids",
-}
-
 
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
     """Print which things stand in for the missing tool, and why."""
@@ -92,7 +86,8 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
             table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
             title = ""
     console.print(table, highlight=False)
-    spaced = SPACED[ranking.settings.spacing]
+    spacing = ranking.settings.spacing
+    spaced = "" if spacing is Spacing.RANK else f", spaced by {spacing}s"
     console.print(f"How alike: {ranking.settings.similarity}{spaced}\n", highlight=False)
 
 
