@@ -1,7 +1,7 @@
 """What the command line shows a person: tables and sentences, by Rich."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.markup import escape
@@ -25,12 +25,17 @@ if TYPE_CHECKING:
     from ersatz.pipeline import Grounded
     from ersatz.reasoner.asking import Wishes
 
-BAR = 10
+BAR: Final = 10
 """Characters of a full bar."""
 
-
-MINOR = 0.05
+MINOR: Final = 0.05
 """Weights below, and below half of the greatest, are not shown."""
+
+SPACED: Final = {
+    Spacing.RANK: "",
+    Spacing.CENTROID: ", spaced by centroids",
+    Spacing.RATIO: ", spaced by ratios of centroids",
+}
 
 
 def show_ranking(console: Console, ranking: Ranking, most: int | None = None) -> None:
@@ -87,8 +92,7 @@ def _show_weights(console: Console, ranking: Ranking) -> None:
             table.add_row(title, one.property, bar(one.weight), behind and f"by {behind}")
             title = ""
     console.print(table, highlight=False)
-    spacing = ranking.settings.spacing
-    spaced = "" if spacing is Spacing.RANK else f", spaced by {spacing}s"
+    spaced = SPACED[ranking.settings.spacing]
     console.print(f"How alike: {ranking.settings.similarity}{spaced}\n", highlight=False)
 
 

@@ -86,7 +86,6 @@ def test_what_cannot_be_asked_is_refused_in_one_line(ersatz: Shell, tmp_path: Pa
 
 
 def test_how_qualities_are_spaced_is_said(ersatz: Shell) -> None:
-    for spacing in ("centroid", "ratio"):
-        run = ersatz(*ASKED, "--graded", "--spacing", spacing)
-        assert f"How alike: ordinal, spaced by {spacing}s\n" in run.out
-    assert "How alike: ordinal\n" in ersatz(*ASKED, "--graded").out
+    spaced = {"rank": "", "centroid": ", spaced by centroids", "ratio": ", spaced by ratios of centroids"}
+    for name, words in spaced.items():
+        assert f"How alike: ordinal{words}\n" in ersatz(*ASKED, "--graded", "--spacing", name).out

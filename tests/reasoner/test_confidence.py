@@ -370,6 +370,17 @@ def test_senseless_numbers_are_refused(draws: int, seed: int, message: str) -> N
         confidences(question(make(HELD), "tray"), draws, seed)
 
 
+@pytest.mark.parametrize("chosen", [None, ReasonerSettings(graded=True)])
+def test_intervals_leave_a_twentieth_of_the_draws_out_on_either_side(chosen: ReasonerSettings | None) -> None:
+    asked = question(make(HELD), "tray", chosen)
+    found = confidences(asked, 101, 3)
+    drawn = np.sort(np.concatenate([one.similarity for one in samples(asked, 101, 3)]), axis=0)
+    np.testing.assert_allclose(found.low, drawn[5], atol=1e-6)
+    np.testing.assert_allclose(found.high, drawn[95], atol=1e-6)
+    np.testing.assert_allclose(found.expected, drawn.mean(axis=0), atol=1e-6)
+    assert (found.low < found.high).any()
+
+
 def test_more_numbers_than_fit_into_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = question(make(HELD), "tray")
     many = len(asked.rows)

@@ -200,6 +200,8 @@ def test_without_a_function_the_answer_is_undetermined(kb: KnowledgeBase) -> Non
     all_of_it = rank_substitutes(kb, "tray", settings=chosen)
     assert all_of_it.status is Status.OK
     assert all("fallback" in one.flags for one in all_of_it)
+    needless = rank_substitutes(kb, "tray", settings=ReasonerSettings(graded=True, fallback=True))
+    assert not any("fallback" in one.flags for one in needless)
 
 
 def test_the_tolerance_named_turns_the_decision(kb: KnowledgeBase) -> None:
