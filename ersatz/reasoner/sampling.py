@@ -188,7 +188,7 @@ def _answer(
         wanted = weigh(tool, functions, layout, settings.relevance_tolerance, fallback=settings.fallback)
         ratio = None if form is Similarity.ORDINAL else settings.ratio
         found = similarities(wanted.qualities, tool, candidates, layout, form, ratio)
-        found = found * wanted.determined[:, None]
+        found = found * (wanted.determined | settings.fallback)[:, None]
         return Sample(tool, candidates, found, found > float(settings.tolerance))
     theta, (physical, functional) = float(settings.representative), in_use(known, settings)
     relevant, determined = relevant_sets(

@@ -57,6 +57,7 @@ SETTINGS = [
     ReasonerSettings(combine=Combine.INTERSECTION, similarity=Similarity.TVERSKY, fallback=True),
     ReasonerSettings(graded=True),
     ReasonerSettings(graded=True, similarity=Similarity.RUZICKA, fallback=True),
+    ReasonerSettings(graded=True, relevance_tolerance=Fraction(99, 100), fallback=True),
     ReasonerSettings(graded=True, similarity=Similarity.TVERSKY, properties=("alpha", "use")),
 ]
 
