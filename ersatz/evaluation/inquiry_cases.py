@@ -112,7 +112,7 @@ class ClassesCase:
 def unknown_object(
     objects: Objects, qualities: Sequence[Qualities], settings: ReasonerSettings, number: int, seed: int = 0
 ) -> list[Case]:
-    """Draw cases of one object that stands in or not; the classes are known from half of the objects."""
+    """Draw cases of one object that stands in or not; classes are known from any half of the objects."""
     return _objects(objects, qualities, settings, (number, seed), 1, Doubt.ACCEPTED)
 
 
@@ -154,11 +154,12 @@ def _objects(
     about: Doubt,
 ) -> list[Case]:
     number, seed = sample
-    chance, shown = np.random.default_rng(seed), half(objects, seed)
-    known, degrees = reground(objects.take(shown), qualities), held_degrees(objects, qualities) / DEGREE
-    hidden = np.setdiff1d(np.arange(len(objects.of_class)), shown)
+    chance, degrees = np.random.default_rng(seed), held_degrees(objects, qualities) / DEGREE
 
     def draw() -> Case:
+        shown = half(objects, int(chance.integers(2**32)))
+        known = reground(objects.take(shown), qualities)
+        hidden = np.setdiff1d(np.arange(len(objects.of_class)), shown)
         of = objects.of_class[hidden]
         tool, *classes = chance.permutation(np.unique(of))[: 1 + many].tolist()
         chosen = [int(chance.choice(hidden[of == row])) for row in classes]

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import tests.benchmarks
-from tests.benchmarks.measuring import Row, time_text, versions
+from tests.benchmarks.measuring import RESULTS, Row, time_text, versions
 from tests.readme import put
 
 BEGIN: Final = "<!-- how fast -->"
 END: Final = "<!-- end of how fast -->"
-RESULTS: Final = Path(__file__).parent / "results"
 HEAD: Final = (
     "| work | size | rival | ERSATZ | rival | rival / ERSATZ | target |\n|---|---|---|---|---|---|---|\n"
 )

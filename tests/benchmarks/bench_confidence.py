@@ -1,10 +1,11 @@
 """How stable, how well calibrated and how economical answers with confidence are, on RoCS and `household`.
 
     python -m tests.benchmarks.bench_confidence [stability] [calibration] [asking] [--out DIR] [--rocs DIR]
-        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--workers 1] [--readme]
+        [--resamples 100] [--refits 100] [--splits 20] [--decisions 100] [--workers 1] [--save]
 
-Prints tables in Markdown, or puts them into the README (`--readme`); `--out` also writes the numbers as JSON
-and the figure of calibration. Without the RoCS data only `household` takes part.
+Prints tables in Markdown, or puts them into `results/confidence.md`, the figure of calibration beside them
+(`--save`); `--out` writes the numbers as JSON, and the figure. Without the RoCS data only `household` takes
+part.
 """
 
 import argparse
@@ -31,6 +32,7 @@ from ersatz.evaluation.stability import VARIANTS, markdown, stability, with_agre
 from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.relevance import ReasonerSettings
+from tests.benchmarks.measuring import RESULTS
 from tests.conftest import DATA
 from tests.readme import put
 
@@ -84,9 +86,9 @@ def measure_calibration(data: Mapping[str, Objects], options: argparse.Namespace
             cells = [f"{number:.3f}" for number in (*numbers, wholes.error_by_chance)]
             off = [one.off for one in wholes.bins()]
             rows.append(f"| {label} | {' | '.join(cells)} | {sum(off)} of {len(off)} |")
-    if options.out:
+    for folder in filter(None, (options.out, RESULTS if options.save else None)):
         shown = {label.replace(" | ", ", ").replace(", ", "\n", 1): one for label, one in found.items()}
-        draw_one("reliability", reliability, shown, options.out)
+        draw_one("reliability", reliability, shown, folder)
     return "\n".join(rows) + "\n", {name: one.to_json() for name, one in found.items()}
 
 
@@ -138,7 +140,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[[], *PARTS], default=[])
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--readme", action="store_true")
+    parser.add_argument("--save", action="store_true")
     parser.add_argument("--rocs", type=Path, default=DATA / "rocs")
     usual = {"resamples": 100, "refits": 100, "splits": 20, "decisions": 100, "workers": 1}
     for name, number in usual.items():
@@ -154,8 +156,8 @@ def main() -> None:
     for part in options.parts or PARTS:
         start = time.perf_counter()
         table, found = PARTS[part](data, options)
-        if options.readme:
-            put(table, f"<!-- {part} -->", f"<!-- end of {part} -->")
+        if options.save:
+            put(table, f"<!-- {part} -->", f"<!-- end of {part} -->", RESULTS / "confidence.md")
         else:
             print(table)
         tell(f"{part}: {time.perf_counter() - start:.0f} s", 1.0)

@@ -23,11 +23,10 @@ from ersatz.grounding.units import ObservationUnit, find_units
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.substitution import rank_substitutes
 from tests.benchmarks.__main__ import machine
+from tests.benchmarks.measuring import RESULTS
 from tests.benchmarks.worlds import RANKS, World
-from tests.conftest import ROOT
 from tests.making import ranked
 
-RESULTS: Final = ROOT / "tests" / "benchmarks" / "results"
 TOOL: Final = "thing 0000000"
 
 

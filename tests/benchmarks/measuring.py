@@ -4,7 +4,12 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from statistics import median, quantiles
+from typing import Final
+
+RESULTS: Final = Path(__file__).parent / "results"
+"""Where what was measured is kept."""
 
 
 @dataclass(frozen=True, slots=True)
