@@ -1,16 +1,13 @@
 """From a knowledge base to substitutes."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from ersatz.cli import options
 from ersatz.cli.terminal import console, open_kb, print_json, save
 from ersatz.errors import InputError
-
-if TYPE_CHECKING:
-    from ersatz.reasoner.relevance import ReasonerSettings
 
 
 @click.command()
@@ -65,6 +62,7 @@ def substitute(
             raise InputError(f"--{name} {number} needs --confidence: without it nothing is drawn")
     kb = open_kb(location, "ersatz.reasoner.substitution", "ersatz.display")
     from ersatz.reasoner.confidence import DRAWS
+    from ersatz.reasoner.relevance import ReasonerSettings
     from ersatz.reasoner.substitution import Status, rank_substitutes
 
     ranking = rank_substitutes(
@@ -72,7 +70,7 @@ def substitute(
         missing,
         available or None,
         instances=instance,
-        settings=_settings(**chosen),
+        settings=ReasonerSettings.written(**chosen),
         remember=remember,
         draws=(DRAWS if draws is None else draws) if confidence else None,
         seed=seed or 0,
@@ -124,8 +122,9 @@ def ask(
     from ersatz.knowledge.updates import degrees_of, qualities_of
     from ersatz.reasoner.asking import ask_for_more
     from ersatz.reasoner.gain import Doubt
+    from ersatz.reasoner.relevance import ReasonerSettings
 
-    settings = _settings(**chosen)
+    settings = ReasonerSettings.written(**chosen)
     told = degrees_of if settings.graded else qualities_of
     wishes = ask_for_more(
         kb,
@@ -168,14 +167,3 @@ def ground(location: str, scan: Path, mass: float | None, concepts: Path | None,
         from ersatz.display import show_grounded
 
         show_grounded(console(), grounded)
-
-
-def _settings(properties: str | None, **chosen: Any) -> "ReasonerSettings":
-    """Return the reasoner's settings; what is not given has a default that depends on the rest."""
-    from ersatz.reasoner.relevance import PAPER_PROPERTIES, ReasonerSettings
-
-    given = {name: value for name, value in chosen.items() if value is not None}
-    if properties is not None:
-        listed = tuple(name.strip() for name in properties.split(","))
-        given["properties"] = PAPER_PROPERTIES if properties == "paper" else listed
-    return ReasonerSettings(**given)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from itertools import groupby
-from typing import Final, cast
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,6 +134,23 @@ class ReasonerSettings:
         if self.properties is not None:
             object.__setattr__(self, "properties", tuple(sorted(self.properties)))
         self._check_combination()
+
+    @classmethod
+    def written(cls, properties: str | None = None, **chosen: Any) -> "ReasonerSettings":
+        """Return the settings somebody wrote down: None is as usual.
+
+        Parameters
+        ----------
+        properties : str, optional
+            "paper", or names with commas.
+        **chosen
+            Other attributes.
+        """
+        given = {name: value for name, value in chosen.items() if value is not None}
+        if properties:
+            listed = tuple(name.strip() for name in properties.split(","))
+            given["properties"] = PAPER_PROPERTIES if properties == "paper" else listed
+        return cls(**given)
 
     def __hash__(self) -> int:
         """Return a hash of what usually differs: those of five fractions would take as long as an answer."""

@@ -1,6 +1,6 @@
 """Substitution over HTTP: `/substitutes?missing=tray&available=plate`, described by OpenAPI."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Header, HTTPException, Query
@@ -10,7 +10,7 @@ from starlette.requests import Request
 from ersatz.errors import ErsatzError, InputError, UnknownNameError
 from ersatz.knowledge.base import KnowledgeBase
 from ersatz.reasoner.confidence import DRAWS
-from ersatz.reasoner.relevance import PAPER_PROPERTIES, Combine, ReasonerSettings, Spacing
+from ersatz.reasoner.relevance import Combine, ReasonerSettings, Spacing
 from ersatz.reasoner.representative import load_knowledge
 from ersatz.reasoner.similarity import Similarity
 from ersatz.reasoner.substitution import Ranking, rank_substitutes
@@ -109,7 +109,8 @@ class Question(BaseModel):
 
     def settings(self) -> ReasonerSettings:
         """Return the reasoner's settings."""
-        return chosen_settings(self.model_dump(exclude={"missing", "available", "instances", "confidence"}))
+        chosen = self.model_dump(exclude={"missing", "available", "instances", "confidence"})
+        return ReasonerSettings.written(**chosen)
 
 
 _PROBLEMS: dict[int | str, dict[str, Any]] = {
@@ -181,7 +182,7 @@ def rest_routes(service: Service) -> APIRouter:
         }
 
         def ask() -> dict[str, Any]:
-            things, settings = (available, instance or ()), chosen_settings(chosen)
+            things, settings = (available, instance or ()), ReasonerSettings.written(**chosen)
             return rank(service.kb, missing, *things, settings, top=top, confidence=confidence).to_json()
 
         return Substitutes(**await _answered(service, ask))
@@ -248,19 +249,6 @@ def rank(
     return rank_substitutes(
         kb, missing, things, instances=instances, settings=settings, top=top, draws=draws, remember=remember
     )
-
-
-def chosen_settings(chosen: Mapping[str, Any]) -> ReasonerSettings:
-    """Return the reasoner's settings; what is None is as usual.
-
-    Properties are "paper", or names with commas.
-    """
-    given = {name: value for name, value in chosen.items() if value is not None}
-    names = given.pop("properties", "")
-    if names:
-        listed = PAPER_PROPERTIES if names == "paper" else tuple(name.strip() for name in names.split(","))
-        given["properties"] = listed
-    return ReasonerSettings(**given)
 
 
 def _refuse_unknown(request: Request) -> None:
