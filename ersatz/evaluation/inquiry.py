@@ -19,7 +19,7 @@ from ersatz.reasoner.gain import Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
 
 DRAWS: Final = 400
-"""Fewer than `gain.DRAWS`, for many decisions are simulated; with 100, chance makes asking look worse."""
+"""Fewer than `gain.DRAWS`, for it is asked very often; with 100, chance makes asking look worse."""
 
 SURE: Final = 0.9
 """Enough to stop."""
@@ -133,18 +133,22 @@ class Inquiry:
         }
 
 
-def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0, workers: int = 1) -> Inquiry:
+def inquire(
+    cases: Sequence[Case], repetitions: int = 1, seed: int = 0, *, draws: int = DRAWS, workers: int = 1
+) -> Inquiry:
     """Make all measurements of every case, in the order asked for and so many times in random order.
 
     Parameters
     ----------
     cases : sequence of Case
     repetitions, seed : int
+    draws : int
+        Of each outlook on the way.
     workers : int
         Processes to share the cases; the numbers are the same with any.
     """
     chances = np.random.default_rng(seed).spawn(len(cases))
-    efforts = partial(_efforts, repetitions=repetitions)
+    efforts = partial(_efforts, repetitions=repetitions, draws=draws)
     if workers == 1:
         found = list(map(efforts, cases, chances))
     else:
@@ -153,8 +157,10 @@ def inquire(cases: Sequence[Case], repetitions: int = 1, seed: int = 0, workers:
     return Inquiry(tuple(asked for asked, _ in found), tuple(random for _, random in found))
 
 
-def _efforts(case: Case, chance: np.random.Generator, repetitions: int) -> tuple[Effort, tuple[Effort, ...]]:
-    return _effort(case, None), tuple(_effort(case, chance) for _ in range(repetitions))
+def _efforts(
+    case: Case, chance: np.random.Generator, repetitions: int, draws: int
+) -> tuple[Effort, tuple[Effort, ...]]:
+    return _effort(case, None, draws), tuple(_effort(case, chance, draws) for _ in range(repetitions))
 
 
 def decided(case: Case, found: Outlook) -> tuple[int, float]:
@@ -166,13 +172,13 @@ def decided(case: Case, found: Outlook) -> tuple[int, float]:
     return int(share >= 0.5), max(share, 1 - share)
 
 
-def _effort(case: Case, chance: np.random.Generator | None) -> Effort:
+def _effort(case: Case, chance: np.random.Generator | None, draws: int) -> Effort:
     """Measure in random order, or without chance in that asked for."""
     measured: Counter[Slot] = Counter()
     left = case.slots
     made, steps = [], []
     while True:
-        found = outlook(case.ask(measured), DRAWS, about=case.about)
+        found = outlook(case.ask(measured), draws, about=case.about)
         made.append(measured.total())
         steps.append(decided(case, found))
         if not left:

@@ -21,6 +21,7 @@ from typing import Any, TypeAlias
 
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning
+from ersatz.evaluation import inquiry
 from ersatz.evaluation.calibration import Calibration, Truth, calibrate
 from ersatz.evaluation.figures import draw_one, reliability
 from ersatz.evaluation.inquiry import Inquiry, Ratio, inquire
@@ -31,6 +32,7 @@ from ersatz.evaluation.scenario_files import load_scenarios
 from ersatz.evaluation.stability import VARIANTS, markdown, stability, with_agreement
 from ersatz.grounding.subcategorization import SubcategorizationSettings
 from ersatz.knowledge.base import KnowledgeBase
+from ersatz.reasoner import gain
 from ersatz.reasoner.relevance import ReasonerSettings
 from tests.benchmarks.measuring import RESULTS
 from tests.conftest import DATA
@@ -40,11 +42,11 @@ Table: TypeAlias = tuple[str, Any]
 """In Markdown, and the numbers in JSON's types."""
 
 CASES = {
-    "an object: does it stand in?": (unknown_object, 3),
-    "five objects: which is best?": (unknown_objects, 1),
-    "five classes and the tool: which is best?": (unknown_classes, 1),
+    "an object: does it stand in?": (unknown_object, 3, gain.DRAWS),
+    "five objects: which is best?": (unknown_objects, 1, inquiry.DRAWS),
+    "five classes and the tool: which is best?": (unknown_classes, 1, inquiry.DRAWS),
 }
-"""How cases are drawn, and how many times as many: those of one object vary most, and cost least."""
+"""How cases are drawn, how many times as many, and draws: those of one object vary most, and cost least."""
 SETTINGS = {"the paper's rule": ReasonerSettings(), "graded, ordinal": ReasonerSettings(graded=True)}
 
 
@@ -100,13 +102,13 @@ def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> 
         "|" + "---|" * 13,
     ]
     found: dict[str, Inquiry] = {}
-    for what, (draw, times) in CASES.items():
+    for what, (draw, times, draws) in CASES.items():
         for name, objects in data.items():
             qualities = learn(objects, SubcategorizationSettings())
             for rule, settings in SETTINGS.items():
                 cases = draw(objects, qualities, settings, times * options.decisions)
                 label = f"{what} | {name} | {rule}"
-                found[label] = inquire(cases, workers=options.workers)
+                found[label] = inquire(cases, draws=draws, workers=options.workers)
                 rows.append(row_of(label, found[label]))
                 tell(rows[-1], len(found) / (len(CASES) * len(data) * len(SETTINGS)))
     return "\n".join(rows) + "\n", {label: one.to_json() for label, one in found.items()}

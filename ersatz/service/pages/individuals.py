@@ -153,7 +153,7 @@ async def _individual(service: Service, found: _Found) -> None:
         with card("Holds"):
             held = (
                 chip(
-                    words_of(local_name(one)) + (f" {degree:.2f}" if degree < 1 else ""),
+                    words_of(local_name(one)) + (f" ({degree:.2f})" if others else ""),
                     page_of("quality", one),
                     "good",
                     others,
