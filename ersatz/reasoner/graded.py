@@ -208,7 +208,7 @@ def ordinal(
     one = 1.0 if wide.dtype.kind == "f" else ONE
     if wide.dtype.kind != "f" and int(wide.max(initial=0)) * len(steps) * scale * ONE >= 2**62:
         wide = wide.astype(object)  # many different numbers of qualities
-    kind = np.result_type(wide.dtype, _wide(candidates).dtype)
+    kind = np.result_type(wide.dtype, _wide(candidates[..., :0]).dtype)  # of none: the whole takes time
     apart = total = np.zeros((*np.broadcast_shapes(tool.shape[:-1], wide.shape[:-1]), 1), wide.dtype)
     for p in np.flatnonzero(wide.reshape(-1, wide.shape[-1]).any(axis=0)).tolist():
         start = int(layout.starts[p])
