@@ -7,14 +7,13 @@ are still to come. The order is that of `outlook`, or random: each of the measur
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 
+from ersatz.acquisition.engine import Engine, Here
 from ersatz.reasoner.gain import Doubt, Outlook, outlook
 from ersatz.reasoner.sampling import Question
 
@@ -134,7 +133,12 @@ class Inquiry:
 
 
 def inquire(
-    cases: Sequence[Case], repetitions: int = 1, seed: int = 0, *, draws: int = DRAWS, workers: int = 1
+    cases: Sequence[Case],
+    repetitions: int = 1,
+    seed: int = 0,
+    *,
+    draws: int = DRAWS,
+    engine: Engine = Here(),  # noqa: B008 (it has no state)
 ) -> Inquiry:
     """Make all measurements of every case, in the order asked for and so many times in random order.
 
@@ -144,22 +148,19 @@ def inquire(
     repetitions, seed : int
     draws : int
         Of each outlook on the way.
-    workers : int
-        Processes to share the cases; the numbers are the same with any.
+    engine : Engine
+        What goes through the cases; the numbers are the same with any.
     """
     chances = np.random.default_rng(seed).spawn(len(cases))
     efforts = partial(_efforts, repetitions=repetitions, draws=draws)
-    if workers == 1:
-        found = list(map(efforts, cases, chances))
-    else:
-        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-            found = list(pool.map(efforts, cases, chances))
+    found = list(engine.map(efforts, zip(cases, chances, strict=True)))
     return Inquiry(tuple(asked for asked, _ in found), tuple(random for _, random in found))
 
 
 def _efforts(
-    case: Case, chance: np.random.Generator, repetitions: int, draws: int
+    one: tuple[Case, np.random.Generator], repetitions: int, draws: int
 ) -> tuple[Effort, tuple[Effort, ...]]:
+    case, chance = one
     return _effort(case, None, draws), tuple(_effort(case, chance, draws) for _ in range(repetitions))
 
 

@@ -19,6 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from ersatz.acquisition.engine import Here, Processes
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning
 from ersatz.evaluation import inquiry
@@ -102,13 +103,14 @@ def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> 
         "|" + "---|" * 13,
     ]
     found: dict[str, Inquiry] = {}
+    engine = Here() if options.workers == 1 else Processes(options.workers)
     for what, (draw, times, draws) in CASES.items():
         for name, objects in data.items():
             qualities = learn(objects, SubcategorizationSettings())
             for rule, settings in SETTINGS.items():
                 cases = draw(objects, qualities, settings, times * options.decisions)
                 label = f"{what} | {name} | {rule}"
-                found[label] = inquire(cases, draws=draws, workers=options.workers)
+                found[label] = inquire(cases, draws=draws, engine=engine)
                 rows.append(row_of(label, found[label]))
                 tell(rows[-1], len(found) / (len(CASES) * len(data) * len(SETTINGS)))
     return "\n".join(rows) + "\n", {label: one.to_json() for label, one in found.items()}
