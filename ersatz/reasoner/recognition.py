@@ -157,25 +157,25 @@ def _held(
     known: Knowledge, held: Held, settings: ReasonerSettings | None
 ) -> tuple[Mapping[str, Decimal], ReasonerSettings]:
     """Return the degrees held by quality IRI, and settings that reason with what was measured only."""
-    degrees = held if isinstance(held, Mapping) else dict.fromkeys(held, 1)
-    if not degrees:
+    exactly = _degrees(known, held)
+    if not exactly:
         raise InputError("the object holds no quality: measure at least one property of it")
-    exactly = _degrees(known, degrees)
     settings = settings or USUAL
     measured = {quality.property for quality in known.qualities if quality.iri in exactly}
     allowed = measured if settings.properties is None else measured & set(settings.properties)
     return exactly, replace(settings, properties=tuple(sorted(allowed)))
 
 
-def _degrees(known: Knowledge, held: Mapping[str, float | Decimal]) -> dict[str, Decimal]:
+def _degrees(known: Knowledge, held: Held) -> dict[str, Decimal]:
     """Return the degrees held by quality IRI."""
+    degrees = held if isinstance(held, Mapping) else dict.fromkeys(held, 1)
     qualities = {quality.name: quality.iri for quality in known.qualities}
-    for name, degree in held.items():
+    for name, degree in degrees.items():
         if name not in qualities:
             raise UnknownNameError("quality", name, qualities)
         if not 0 <= degree <= 1:
             raise InputError(f"the object holds {name} to the degree {degree}: degrees lie between 0 and 1")
-    return {qualities[name]: Decimal(str(degree)) for name, degree in held.items()}
+    return {qualities[name]: Decimal(str(degree)) for name, degree in degrees.items()}
 
 
 def _bits(known: Knowledge, degrees: Mapping[str, Decimal]) -> NDArray[np.bool_]:
@@ -191,5 +191,5 @@ def held_degrees(known: Knowledge, held: Held) -> NDArray[np.float64]:
     UnknownNameError
         If a quality is not known.
     """
-    degrees = _degrees(known, held if isinstance(held, Mapping) else dict.fromkeys(held, 1))
+    degrees = _degrees(known, held)
     return np.array([float(degrees.get(quality.iri, 0)) for quality in known.qualities])
