@@ -138,7 +138,7 @@ def inquire(
     seed: int = 0,
     *,
     draws: int = DRAWS,
-    engine: Engine = Here(),  # noqa: B008 (it has no state)
+    engine: Engine | None = None,
 ) -> Inquiry:
     """Make all measurements of every case, in the order asked for and so many times in random order.
 
@@ -148,12 +148,12 @@ def inquire(
     repetitions, seed : int
     draws : int
         Of each outlook on the way.
-    engine : Engine
-        What goes through the cases; the numbers are the same with any.
+    engine : Engine, optional
+        What goes through the cases, this process unless told; the numbers are the same with any.
     """
     chances = np.random.default_rng(seed).spawn(len(cases))
     efforts = partial(_efforts, repetitions=repetitions, draws=draws)
-    found = list(engine.map(efforts, zip(cases, chances, strict=True)))
+    found = list((engine or Here()).map(efforts, zip(cases, chances, strict=True)))
     return Inquiry(tuple(asked for asked, _ in found), tuple(random for _, random in found))
 
 

@@ -19,7 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ersatz.acquisition.engine import Here, Processes
+from ersatz.acquisition.engine import Processes
 from ersatz.acquisition.rocs import read_rocs
 from ersatz.errors import ErsatzWarning
 from ersatz.evaluation import inquiry
@@ -103,7 +103,7 @@ def measure_asking(data: Mapping[str, Objects], options: argparse.Namespace) -> 
         "|" + "---|" * 13,
     ]
     found: dict[str, Inquiry] = {}
-    engine = Here() if options.workers == 1 else Processes(options.workers)
+    engine = Processes(options.workers) if options.workers > 1 else None
     for what, (draw, times, draws) in CASES.items():
         for name, objects in data.items():
             qualities = learn(objects, SubcategorizationSettings())

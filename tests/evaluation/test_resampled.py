@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ersatz.acquisition.engine import Here, Processes
+from ersatz.acquisition.engine import Processes
 from ersatz.evaluation.calibration import calibrate, half
 from ersatz.evaluation.figures import draw_one, reliability
 from ersatz.evaluation.inquiry import Effort, Inquiry, Ratio, inquire
@@ -121,7 +121,7 @@ def test_efforts_are_counted(objects: Objects, draw: object) -> None:
             assert 0 <= one.right <= one.possible
             assert 0 <= one.sure <= one.possible
             assert one.confirmed or one.sure < one.right
-    assert inquire(cases, 1, engine=Processes(2) if draw is unknown_object else Here()) == found
+    assert inquire(cases, 1, engine=Processes(2) if draw is unknown_object else None) == found
 
 
 @pytest.mark.filterwarnings("ignore:.*distinct value")
