@@ -112,9 +112,10 @@ def outlook(question: Question, draws: int = DRAWS, seed: int = 0, about: Doubt 
     told, accepted, best = Tally.nothing(), np.zeros(n), np.zeros(n)
     rivals = about is Doubt.BEST
     for sample in samples(question, draws, seed):
+        shares = sample.best
         accepted += sample.accepted.sum(axis=0)
-        best += sample.best.sum(axis=0)
-        decided = sample.best if rivals else sample.accepted.astype(np.float64)
+        best += shares.sum(axis=0)
+        decided = shares if rivals else sample.accepted.astype(np.float64)
         told += tally(outcomes(question, sample), decided, rivals=rivals)
     doubt = float(told.variance(draws).sum())
     return Outlook(
