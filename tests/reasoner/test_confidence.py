@@ -154,6 +154,17 @@ def test_the_most_telling_measurement_is_the_one_in_doubt() -> None:
     assert first.gain == pytest.approx(taken / (now * (1 - now)), abs=0.03)
 
 
+def test_doubt_is_about_what_is_asked() -> None:
+    """Both stand in, surely; which is the best, is open."""
+    held = {f"{name} {at}": (name, TRAY) for name in ("tray", "plate", "cup") for at in range(4)}
+    held |= {f"{name} 4": (name, TRAY | {"gamma": 3}) for name in ("plate", "cup")}
+    asked = question(make(held), "tray", ReasonerSettings(graded=True, tolerance=Fraction(1, 100)))
+    stands_in, best = (outlook(asked, 300, about=about) for about in (Doubt.ACCEPTED, Doubt.BEST))
+    assert stands_in.doubt == 0
+    assert best.doubt == pytest.approx(sum(share * (1 - share) for share in best.best), abs=1e-6)
+    assert best.doubt > 0.4
+
+
 def test_nothing_is_asked_where_nothing_is_in_doubt() -> None:
     held = {f"{name} {at}": (name, TRAY) for name in ("tray", "plate") for at in range(3)}
     wished = outlook(question(make(held), "tray", times=10**6), 200)
@@ -331,6 +342,7 @@ def test_what_is_known_of_an_object_counts_by_its_degrees() -> None:
     shares = [accepted(far, by_degrees) for far in (0, 0.25, 0.5, 1)]
     assert shares == sorted(shares, reverse=True)
     assert shares[0] > shares[2] > shares[-1]
+    assert shares[1] > shares[2]
     assert accepted(0.25, None) == accepted(0.5, None)
     with pytest.raises(InputError, match="alpha_3 to the degree 2"):
         ask_for_more(kb, "tray", held={"alpha_3": 2})
